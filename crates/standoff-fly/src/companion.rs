@@ -27,6 +27,9 @@ const LATE: Duration = Duration::from_us(250_000);
 /// Maximum number of cues kept until the next time step.
 const CUES_MAX: usize = 1000;
 
+/// Difference from the wind that orbits have room for from which the operator is told of the wind, m/s.
+const WIND_EXCESS_M_S: f64 = 2.0;
+
 /// Messages to send after a step.
 #[derive(Debug, Default)]
 pub struct Outgoing {
@@ -315,6 +318,15 @@ impl Companion {
         let parameters = &self.vehicle.parameters;
         let of_course = (self.config.steer == Steer::Course).then(|| parameters.course_gain().err());
         parameters.limits().err().or(of_course.flatten())
+    }
+
+    /// The assumed wind, if it is clearly stronger than the one that the orbits have room for.
+    pub fn wind_error(&self) -> Option<String> {
+        let (wind_m_s, allowed_m_s) =
+            (self.output.diagnostics.wind?.speed_m_s(), self.config.params.wind?.orbit_wind_m_s);
+        (wind_m_s > allowed_m_s + WIND_EXCESS_M_S).then(|| {
+            format!("wind of {wind_m_s:.0} m/s: orbits have room for wind.orbit_wind_m_s = {allowed_m_s}; set it in all scenarios")
+        })
     }
 
     /// True if the aircraft is inside the fence of the vehicle, or commanded already: then the autopilot judges.

@@ -55,10 +55,11 @@ pub fn line(now: Time, companion: &Companion) -> String {
         Ok(_) if !inputs.has_fence => "; the aircraft is outside the fence of the vehicle".to_owned(),
         _ => String::new(),
     };
+    let wind = companion.wind_error().map_or_else(String::new, |error| format!("; {error}"));
     let orbit = orbit(companion);
     format!(
         "{state}; mode {mode}; {orbit}; age, s: heartbeat {heartbeat}, telemetry {telemetry}, feed {feed}, \
-         teammates {teammates}{waits}{parameters}{fence}"
+         teammates {teammates}{waits}{parameters}{fence}{wind}"
     )
 }
 

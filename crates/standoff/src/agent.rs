@@ -304,14 +304,15 @@ impl Agent {
         }
         let updater = &mut self.replica.history.updater;
         let own_zones = self.own_geofence.as_mut();
-        let geofence_safety = updater.geofence_safety(own_zones, observation.uav, &observation.own);
+        let wind = updater.params.wind.and_then(|wind| wind.believed(self.wind.as_ref()));
+        let geofence_safety = updater.geofence_safety(own_zones, observation.uav, &observation.own, wind);
         let law = CommandLaw {
             params: &self.replica.history.updater.params,
             team_state: self.team_state(),
             geofence_safety: geofence_safety.as_deref(),
             intruders: &self.intruders,
             escapes: self.replica.history.updater.escapes.as_ref(),
-            wind: self.replica.history.updater.params.wind.and_then(|wind| wind.believed(self.wind.as_ref())),
+            wind,
         };
         let (output, decision) = law.decide(observation, self.replica.rejected(), Some(&self.last_decision));
         self.last_decision = decision;

@@ -34,7 +34,7 @@ use crate::tracking::track::{TrackChange, TrackChangeKind};
 use crate::tracking::tracker::Tracker;
 use crate::uav::{UavId, UavState};
 use crate::validation::ParamError;
-use crate::wind::PredictionLimits;
+use crate::wind::{PredictionLimits, Wind};
 
 /// Computes the next team state from the previous one and the messages of one time step; keeps no state itself.
 #[derive(Debug, Clone)]
@@ -104,15 +104,17 @@ impl TeamStateUpdater {
         Ok(Self { geofence: TeamGeofence::new(geofence, &self.params)?, ..self })
     }
 
-    /// Geofence safety function of a UAV in a state; `None` if no zone binds it. `own_zones` replace those of the team.
+    /// Geofence safety function of a UAV in a state, in the wind that it assumes; `None` if no zone binds it. `own_zones`
+    /// replace those of the team.
     pub(crate) fn geofence_safety(
         &mut self,
         own_zones: Option<&mut TeamGeofence>,
         uav: UavId,
         own: &UavState,
+        wind: Option<Wind>,
     ) -> Option<Arc<GeofenceSafety>> {
         let Self { geofence, params, .. } = self;
-        own_zones.or(geofence.as_mut())?.safety(params.altitudes_m(uav, own.vertical), params)
+        own_zones.or(geofence.as_mut())?.safety(params.altitudes_m(uav, own.vertical), params, wind)
     }
 
     /// Computes the team state `next` at the time of `messages`, `dt` after `previous`.

@@ -166,14 +166,15 @@ impl TeamAgent {
     /// [`Agent::decide`](crate::Agent::decide).
     pub fn decide(&mut self, observation: &Observation) -> AgentOutput {
         self.catch_up();
-        let geofence_safety = self.updater.geofence_safety(None, observation.uav, &observation.own);
+        let wind = self.updater.params.wind.and_then(|params| params.believed(self.winds.get(&observation.uav)));
+        let geofence_safety = self.updater.geofence_safety(None, observation.uav, &observation.own, wind);
         let law = CommandLaw {
             params: &self.updater.params,
             team_state: self.team_state(),
             geofence_safety: geofence_safety.as_deref(),
             intruders: &self.intruders,
             escapes: self.updater.escapes.as_ref(),
-            wind: self.updater.params.wind.and_then(|params| params.believed(self.winds.get(&observation.uav))),
+            wind,
         };
         let (refused, last) = (self.refused.with(&self.team_state), self.last_decisions.get(&observation.uav));
         let (output, decision) = law.decide(observation, refused, last);

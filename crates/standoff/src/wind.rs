@@ -33,6 +33,12 @@ const DIVISOR_MIN: f64 = 0.1;
 /// predicted course.
 const WIND_ERROR_S: f64 = 0.8;
 
+/// Difference from the wind that guidance allows for from which the geofence allows for the assumed wind, m/s.
+const STRONGER_M_S: f64 = 2.0;
+
+/// Strongest wind that anything allows for, m/s.
+const WIND_MAX_M_S: f64 = 100.0;
+
 /// Velocity of a UAV relative to the air, as its air data and attitude sensors measure it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AirVelocity {
@@ -243,7 +249,15 @@ impl TeamParams {
         self.wind.map_or(0.0, |wind| wind.orbit_wind_m_s)
     }
 
-    /// Limits over ground in that wind.
+    /// Speed of the wind that the geofence of a UAV allows for, m/s: the same, unless the UAV assumes a wind that is
+    /// stronger by more than [`STRONGER_M_S`]. Then it is a whole multiple of that, so that few safety functions are built.
+    pub(crate) fn geofence_wind_m_s(&self, assumed: Option<Wind>) -> f64 {
+        let (allowed_m_s, assumed_m_s) = (self.orbit_wind_m_s(), assumed.map_or(0.0, |wind| wind.velocity.speed_m_s()));
+        let steps = (assumed_m_s.min(WIND_MAX_M_S) / STRONGER_M_S).ceil();
+        if assumed_m_s > allowed_m_s + STRONGER_M_S { steps * STRONGER_M_S } else { allowed_m_s }
+    }
+
+    /// Limits over ground in the wind that guidance allows for.
     pub(crate) fn ground_limits(&self) -> PredictionLimits {
         PredictionLimits::in_wind(self.uav, self.orbit_wind_m_s())
     }

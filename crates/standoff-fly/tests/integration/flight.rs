@@ -51,6 +51,11 @@ fn the_wind_is_estimated_and_the_orbit_error_in_wind_of_8_m_s_is_at_most_10_m_rm
     flight.vehicle.wind_m_s = [6.4, -4.8];
     flight.fly(120.0);
     let wind = flight.companion.output.diagnostics.wind.unwrap();
+    let line = standoff_fly::status::line(flight.now(), &flight.companion);
+    assert!(
+        line.ends_with("; wind of 8 m/s: orbits have room for wind.orbit_wind_m_s = 0; set it in all scenarios"),
+        "{line}"
+    );
     // The double's airspeed is the true one, which counts as calibrated: 0.6 m/s too much at its altitude.
     let error_m_s = math::hypot(wind.x_m_s() - 6.4, wind.y_m_s() + 4.8);
     let [mean_m, rms_m, max_m] = orbit_error_m(&mut flight, 120.0);
@@ -180,7 +185,7 @@ fn nothing_is_commanded_while_disarmed_low_in_failsafe_or_without_plausible_para
 fn the_fence_of_the_vehicle_is_read_and_kept() {
     let mut config = config();
     config.params.uav.turn_rate_lag_s = 0.8;
-    assert_fence_kept(config);
+    assert_fence_kept(config, [0.0; 2]);
 }
 
 /// With `uavs.dynamics = "bank"`, the agent predicts the roll, whose lag is then that of the roll alone.
@@ -188,11 +193,27 @@ fn the_fence_of_the_vehicle_is_read_and_kept() {
 fn an_agent_that_predicts_banking_keeps_the_fence() {
     let mut config = config();
     config.params.uav.bank = Some(BankParams::default());
-    assert_fence_kept(config);
+    assert_fence_kept(config, [0.0; 2]);
 }
 
-fn assert_fence_kept(config: Config) {
+/// The scenario has no wind. With turns as in calm air, the aircraft would come within 70 m of the centre of the circle.
+#[test]
+fn the_fence_is_kept_in_wind_that_the_scenario_does_not_expect() {
+    for (speed_m_s, quarter) in [(5.0, 0.0), (5.0, 1.0), (5.0, 2.0), (8.0, 1.0), (8.0, 2.0), (10.0, 0.0), (10.0, 3.0)] {
+        let direction_rad = 0.4 + quarter * 0.5 * math::PI;
+        let wind_m_s = [speed_m_s * math::cos(direction_rad), speed_m_s * math::sin(direction_rad)];
+        for bank in [None, Some(BankParams::default())] {
+            let mut config = config();
+            config.params.uav.bank = bank;
+            config.params.uav.turn_rate_lag_s = 0.8;
+            assert_fence_kept(config, wind_m_s);
+        }
+    }
+}
+
+fn assert_fence_kept(config: Config, wind_m_s: [f64; 2]) {
     let mut flight = Flight::new(config, None);
+    flight.vehicle.wind_m_s = wind_m_s;
     flight.vehicle.set("FENCE_TYPE", 7.0);
     flight.vehicle.set("FENCE_RADIUS", 4000.0);
     let inclusion = MavCmd::MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION;
@@ -209,7 +230,7 @@ fn assert_fence_kept(config: Config) {
         nearest_m = nearest_m.min(flight.vehicle.position.distance_m(obstacle));
         assert!(flight.companion.fence().unwrap().contains(flight.vehicle.position), "{:?}", flight.vehicle.position);
     }
-    println!("smallest distance from the centre of the exclusion circle of 120 m: {nearest_m:.0} m");
+    println!("wind {wind_m_s:?}: smallest distance from the centre of the exclusion circle of 120 m: {nearest_m:.0} m");
     assert_eq!((flight.companion.authority(), flight.vehicle.violations.len()), (State::Engaged, 0));
     // The orbit of 250 m leads through the circle.
     assert!(nearest_m < 200.0, "{nearest_m}");

@@ -9,6 +9,7 @@ use crate::params::TeamParams;
 use crate::time::Duration;
 use crate::uav::UavId;
 use crate::validation::{Allowed, ParamError};
+use crate::wind::{PredictionLimits, Wind};
 
 /// Maximum number of safety functions that are kept. Teams need about one per altitude; UAVs that climb through many
 /// zones need more for a short time.
@@ -18,8 +19,8 @@ const KEPT_MAX: usize = 16;
 #[derive(Debug, Clone)]
 pub(crate) struct TeamGeofence {
     pub(crate) zones: Geofence,
-    /// The newest is last.
-    safety: Vec<(ZoneSet, Arc<GeofenceSafety>)>,
+    /// By zones and speed of the wind, m/s, that they allow for. The newest is last.
+    safety: Vec<((ZoneSet, f64), Arc<GeofenceSafety>)>,
 }
 
 impl TeamGeofence {
@@ -39,25 +40,32 @@ impl TeamGeofence {
         }
         let mut geofence = Self { zones, safety: Vec::new() };
         // Building a safety function takes longer than a decision, so the most probable one is built before the flight.
-        geofence.safety(params.altitudes_m(UavId(0), None), params);
+        geofence.safety(params.altitudes_m(UavId(0), None), params, None);
         Ok(Some(geofence))
     }
 
-    /// Safety function of a UAV with altitudes between two, m; `None` if no zone binds it.
-    pub(crate) fn safety(&mut self, altitudes_m: [f64; 2], params: &TeamParams) -> Option<Arc<GeofenceSafety>> {
+    /// Safety function of a UAV with altitudes between two, m, in the wind that it assumes; `None` if no zone binds it.
+    pub(crate) fn safety(
+        &mut self,
+        altitudes_m: [f64; 2],
+        params: &TeamParams,
+        wind: Option<Wind>,
+    ) -> Option<Arc<GeofenceSafety>> {
         let binding = self.zones.binding(altitudes_m);
         if binding == ZoneSet::default() {
             return None;
         }
-        if let Some((_, safety)) = self.safety.iter().find(|(zones, _)| *zones == binding) {
+        let key = (binding, params.geofence_wind_m_s(wind));
+        if let Some((_, safety)) = self.safety.iter().find(|(known, _)| *known == key) {
             return Some(Arc::clone(safety));
         }
         let zones = self.zones.part(binding);
-        let safety = Arc::new(GeofenceSafety::new(zones, params.ground_limits(), params.log.period_s));
+        let limits = PredictionLimits::in_wind(params.uav, key.1);
+        let safety = Arc::new(GeofenceSafety::new(zones, limits, params.log.period_s));
         if self.safety.len() == KEPT_MAX {
             self.safety.remove(0);
         }
-        self.safety.push((binding, Arc::clone(&safety)));
+        self.safety.push((key, Arc::clone(&safety)));
         Some(safety)
     }
 }
@@ -94,7 +102,7 @@ mod tests {
     /// Index of the zones that bind a UAV.
     fn bound(geofence: &mut TeamGeofence, params: &TeamParams, uav: u32, vertical: Option<Vertical>) -> Vec<usize> {
         let altitudes_m = params.altitudes_m(UavId(uav), vertical);
-        let safety = geofence.safety(altitudes_m, params);
+        let safety = geofence.safety(altitudes_m, params, None);
         let mut zones: Vec<usize> =
             safety.iter().flat_map(|safety| safety.geofence().sides()).map(|side| side.zone).collect();
         zones.dedup();
@@ -150,7 +158,7 @@ mod tests {
         for altitude_m in (400..4000).step_by(50) {
             let altitudes_m =
                 params.altitudes_m(UavId(0), Some(Vertical { altitude_m: altitude_m.into(), climb_rate_m_s: 0.0 }));
-            let safety = geofence.safety(altitudes_m, &params).unwrap();
+            let safety = geofence.safety(altitudes_m, &params, None).unwrap();
             let sides = safety.geofence().sides().count();
             assert_eq!(sides, 3 * (altitude_m / 100 - 2) as usize, "{altitude_m}");
         }

@@ -258,3 +258,18 @@ fn evasive_turns_in_wind_end_on_the_predicted_course() {
     let (evasive_rad, otherwise_rad) = (largest_rad(true), largest_rad(false));
     assert!(evasive_rad < 0.7 * otherwise_rad, "{evasive_rad} {otherwise_rad}");
 }
+
+/// The allowed wind is that of the parameters as long as the assumed one is at most 2 m/s stronger.
+#[test]
+fn the_geofence_allows_for_a_wind_that_is_stronger_than_expected() {
+    let mut team = team();
+    let allowed_m_s = |team: &TeamParams, speed_m_s: f64| {
+        team.geofence_wind_m_s(Some(Wind { velocity: Velocity::from_polar(speed_m_s, Angle::from_rad(1.0)) }))
+    };
+    team.wind.get_or_insert_default().orbit_wind_m_s = 5.0;
+    assert_eq!((team.geofence_wind_m_s(None), allowed_m_s(&team, 3.0), allowed_m_s(&team, 6.9)), (5.0, 5.0, 5.0));
+    assert_eq!((allowed_m_s(&team, 7.1), allowed_m_s(&team, 9.9), allowed_m_s(&team, 10.1)), (8.0, 10.0, 12.0));
+    assert_eq!((allowed_m_s(&team, 1e9), allowed_m_s(&team, f64::NAN)), (100.0, 5.0));
+    team.wind = None;
+    assert_eq!(team.geofence_wind_m_s(None), 0.0);
+}
