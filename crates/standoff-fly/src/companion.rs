@@ -27,7 +27,7 @@ const LATE: Duration = Duration::from_us(250_000);
 /// Maximum number of cues kept until the next time step.
 const CUES_MAX: usize = 1000;
 
-/// Difference from the wind that orbits have room for from which the operator is told of the wind, m/s.
+/// The status line states a wind that exceeds the one that orbits have room for by more than this, m/s.
 const WIND_EXCESS_M_S: f64 = 2.0;
 
 /// Messages to send after a step.
