@@ -112,7 +112,7 @@ impl BankParams {
         let steps = (time_s / STEP_MAX_S).ceil().max(1.0);
         let dt_s = time_s / steps;
         let climb_m_s = from.state.vertical.map_or(0.0, |vertical| vertical.climb_rate_m_s);
-        let Motion { mut state, mut bank } = *from;
+        let Motion { mut state, mut bank, airspeed_m_s } = *from;
         let change_max_rad = ROLL_COMMAND_RATE_MAX_RAD_S * dt_s;
         for _ in 0..steps as u32 {
             let desired_rad = self.bank_rad(command.turn_rate_rad_s, state.speed_m_s);
@@ -122,7 +122,7 @@ impl BankParams {
             bank.angle_rad = self.rolled_rad(bank.angle_rad, bank.command_rad, dt_s);
             state = self.step(&state, bank.angle_rad, (command.speed_m_s, uav.speed_lag_s), climb_m_s, dt_s);
         }
-        Motion { state, bank }
+        Motion { state, bank, airspeed_m_s }
     }
 }
 
@@ -183,6 +183,8 @@ struct Bank {
 pub struct Motion {
     /// State over ground, or relative to the air.
     pub state: UavState,
+    /// Airspeed, m/s, which turns do not change.
+    pub(crate) airspeed_m_s: f64,
     /// Level if the UAV does not bank.
     bank: Bank,
 }
@@ -195,7 +197,7 @@ impl Motion {
             let angle_rad = bank.bank_rad(state.turn_rate_rad_s, state.speed_m_s);
             Bank { angle_rad, command_rad: angle_rad }
         });
-        Self { state: *state, bank }
+        Self { state: *state, airspeed_m_s: state.speed_m_s, bank }
     }
 
     /// The motion with the same bank angle and another state.

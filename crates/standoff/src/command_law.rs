@@ -88,7 +88,10 @@ impl CommandLaw<'_> {
         let commanded_m_s = last.and_then(|last| last.manoeuvre).map(|manoeuvre| manoeuvre.command.speed_m_s);
         let uav = &self.params.uav;
         let in_frame = law.air_frame().map_or(*own, |wind| wind.relative_to_air(uav, own, commanded_m_s));
-        let motion = Flown::motion(flown, uav, &in_frame, time);
+        let mut motion = Flown::motion(flown, uav, &in_frame, time);
+        if let Some(wind) = law.wind {
+            motion.airspeed_m_s = wind.air_velocity(own.velocity()).airspeed_m_s;
+        }
         let output = law.decide_in_frame(observation, &motion, refused);
         let is_banking = uav.bank.is_some() && own.is_finite();
         let flown = is_banking.then(|| Box::new(Flown { from: time, motion, command: output.command }));

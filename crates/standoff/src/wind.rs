@@ -33,7 +33,8 @@ const DIVISOR_MIN: f64 = 0.1;
 /// predicted course.
 const WIND_ERROR_S: f64 = 0.8;
 
-/// Difference from the wind that guidance allows for from which the geofence allows for the assumed wind, m/s.
+/// If the assumed wind is stronger than the one that guidance allows for by more than this, m/s, the geofence allows for
+/// the assumed one.
 const STRONGER_M_S: f64 = 2.0;
 
 /// Strongest wind that anything allows for, m/s.
@@ -198,7 +199,12 @@ impl Wind {
         let turn_triangle = self.triangle(uav, own, ground.speed_m_s, uav.turn_rate_lag_s);
         match speed_triangle.zip(turn_triangle) {
             None => self.turn_into_wind(team, own),
-            Some((speed, _)) if is_evasive => self.evasive_command(team, own, ground, speed.airspeed_m_s),
+            Some((speed, _)) if is_evasive => {
+                // Turns of a banking aircraft are predicted at constant airspeed.
+                let airspeed_m_s =
+                    uav.bank.map_or(speed.airspeed_m_s, |_| self.air_velocity(own.velocity()).airspeed_m_s);
+                self.evasive_command(team, own, ground, airspeed_m_s)
+            }
             Some((speed, turn)) => {
                 let turn_rate_rad_s = ground.turn_rate_rad_s * turn.heading_per_course();
                 uav.limit(Command { speed_m_s: speed.airspeed_m_s, turn_rate_rad_s }).command
@@ -273,6 +279,8 @@ pub(crate) struct PredictionLimits {
     pub(crate) fastest_m_s: f64,
     /// Speed w of the wind, m/s.
     pub(crate) wind_m_s: f64,
+    /// Maximum heading rate of the airframe, rad/s.
+    heading_rate_max_rad_s: f64,
 }
 
 impl PredictionLimits {
@@ -292,12 +300,21 @@ impl PredictionLimits {
                 ..uav
             }
         };
-        Self { uav: limits, fastest_m_s, wind_m_s }
+        Self { uav: limits, fastest_m_s, wind_m_s, heading_rate_max_rad_s: uav.turn_rate_max_rad_s }
     }
 
     /// Limits relative to the air: those of the airframe.
     pub(crate) fn relative_to_air(team: TeamParams) -> Self {
         Self { wind_m_s: team.orbit_wind_m_s(), ..Self::in_wind(team.uav, 0.0) }
+    }
+
+    /// Radius of the tightest circle over ground that a banking UAV can fly at a constant airspeed, m/s, in that wind: with
+    /// the highest ground speed on it, r = (V_a + w)^2 / a for a lateral acceleration a.
+    pub(crate) fn circle_at_airspeed_m(&self, airspeed_m_s: f64) -> f64 {
+        let airframe = UavParams { turn_rate_max_rad_s: self.heading_rate_max_rad_s, ..self.uav };
+        let lateral_m_s2 = airspeed_m_s * airframe.turn_rate_max_at_rad_s(airspeed_m_s);
+        let ground_speed_m_s = airspeed_m_s + self.wind_m_s;
+        ground_speed_m_s * ground_speed_m_s / lateral_m_s2
     }
 
     /// Distance by which flown and predicted escape manoeuvres may differ in that wind, m.

@@ -1,7 +1,9 @@
 //! Geofence safety: restricts the commands so that a UAV never crosses the outline of a zone.
 //!
 //! Two fallback manoeuvres are the hardest turns to the left and to the right at the lowest speed, or for banking
-//! aircraft at the current one. Both end in circles, which can be flown indefinitely. A state is *safe* if one of them
+//! aircraft at the current one. Both end in circles, which can be flown indefinitely. Circles are over ground, also in
+//! wind. Banking aircraft lack the power to keep their ground speed on them; their circles are so wide that they can be
+//! flown at constant airspeed. A state is *safe* if one of them
 //! stays clear of every outline forever. A command is *allowed* if holding it for one period, with the exact response of
 //! the UAV including its lags, stays clear and ends in a safe state.
 //!
@@ -45,7 +47,7 @@ const COSTS: Costs = Costs { speed: 0.3, turn: 0.1 };
 pub(crate) struct GeofenceSafety {
     /// Detour planner.
     pub(crate) detours: DetourPlanner,
-    uav: UavParams,
+    limits: PredictionLimits,
     /// One period, in pieces.
     period: Pieces,
     /// Time until a manoeuvre is a circle, in pieces.
@@ -125,11 +127,12 @@ impl GeofenceSafety {
         let (period, settling) = pieces(&uav, period_s);
         let settled_s = settling.piece_s * f64::from(settling.count);
         let circle_m = 2.0 * fastest_m_s / uav.turn_rate_max_at_rad_s(fastest_m_s);
+        let circle_m = circle_m.max(2.0 * limits.circle_at_airspeed_m(fastest_m_s - limits.wind_m_s));
         Self {
             detours: DetourPlanner::of(geofence, uav),
             margin_m: margin_m(fastest_m_s, turn_max, &[&period, &settling]) + limits.wind_error_m(),
             reach_m: fastest_m_s * (period_s + settled_s) + circle_m + 2.0 * MARGIN_M,
-            uav,
+            limits,
             period,
             settling,
         }
@@ -147,8 +150,10 @@ impl GeofenceSafety {
         }
         let sides = self.sides_near(&own.state);
         let Some(zone) = self.forbidding_zone(own, desired, &sides) else { return (desired, None) };
-        let mut commands =
-            COSTS.candidates(&self.uav, own.state.turn_rate_rad_s, desired).into_iter().map(|(_, command)| command);
+        let mut commands = COSTS
+            .candidates(&self.limits.uav, own.state.turn_rate_rad_s, desired)
+            .into_iter()
+            .map(|(_, command)| command);
         let allowed = commands.find(|command| self.forbidding_zone(own, *command, &sides).is_none());
         (allowed.unwrap_or_else(|| self.manoeuvre(own, &sides)), Some(zone))
     }
@@ -168,13 +173,13 @@ impl GeofenceSafety {
             }
             motion = end;
         }
-        self.manoeuvres(&motion.state).map(|turn| self.for_good(&motion, turn, &sides, least_m2).squared_m2 >= least_m2)
+        self.manoeuvres(&motion).map(|turn| self.for_good(&motion, turn, &sides, least_m2).squared_m2 >= least_m2)
     }
 
     /// Returns true if the position is allowed and a fallback manoeuvre stays clear of every outline forever.
     pub(crate) fn is_safe(&self, own: &UavState) -> bool {
         let sides = self.sides_near(own);
-        let motion = Motion::steady(&self.uav, own);
+        let motion = Motion::steady(&self.limits.uav, own);
         self.geofence().contains(own.position) && self.unsafe_for(&motion, &sides).is_none()
     }
 
@@ -196,22 +201,27 @@ impl GeofenceSafety {
     /// Index of a zone from which neither manoeuvre stays clear; `None` if the state is safe.
     fn unsafe_for(&self, own: &Motion, sides: &[Side]) -> Option<usize> {
         let least_m2 = self.margin_m * self.margin_m;
-        let [left, right] = self.manoeuvres(&own.state);
+        let [left, right] = self.manoeuvres(own);
         let closest = self.for_good(own, left, sides, least_m2);
         let is_near = closest.squared_m2 < least_m2;
         (is_near && self.for_good(own, right, sides, least_m2).squared_m2 < least_m2).then_some(closest.zone)
     }
 
-    /// The two fallback manoeuvres: hardest turn to the left and to the right at the speed of escape manoeuvres.
-    fn manoeuvres(&self, own: &UavState) -> [Command; 2] {
-        let speed_m_s = self.uav.escape_speed_m_s(own.speed_m_s);
-        [1.0, -1.0].map(|sense| Command { speed_m_s, turn_rate_rad_s: sense * self.uav.turn_rate_max_rad_s })
+    /// The two fallback manoeuvres: hardest turn to the left and to the right at the speed of escape manoeuvres. In wind,
+    /// those of banking UAVs are circles over ground that they can fly at constant airspeed.
+    fn manoeuvres(&self, own: &Motion) -> [Command; 2] {
+        let speed_m_s = self.limits.uav.escape_speed_m_s(own.state.speed_m_s);
+        let turn_rate_rad_s = match self.limits.wind_m_s > 0.0 && self.limits.uav.bank.is_some() {
+            true => speed_m_s / self.limits.circle_at_airspeed_m(own.airspeed_m_s),
+            false => self.limits.uav.turn_rate_max_rad_s,
+        };
+        [1.0, -1.0].map(|sense| Command { speed_m_s, turn_rate_rad_s: sense * turn_rate_rad_s })
     }
 
     /// The fallback manoeuvre that stays furthest from all outlines. If both cross an outline, the one that crosses
     /// later.
     fn manoeuvre(&self, own: &Motion, sides: &[Side]) -> Command {
-        let [left, right] = self.manoeuvres(&own.state);
+        let [left, right] = self.manoeuvres(own);
         let [l, r] = [left, right].map(|command| self.for_good(own, command, sides, f64::MIN_POSITIVE));
         let is_left = l.squared_m2.total_cmp(&r.squared_m2).then(l.pieces.cmp(&r.pieces)).is_ge();
         if is_left { left } else { right }
@@ -224,7 +234,8 @@ impl GeofenceSafety {
             return closest;
         }
         let sense = if command.turn_rate_rad_s < 0.0 { -1.0 } else { 1.0 };
-        let (radius_m, lean_rad) = circle(&self.uav, end.speed_m_s, end.turn_rate_rad_s.abs(), self.period.piece_s);
+        let (radius_m, lean_rad) =
+            circle(&self.limits.uav, end.speed_m_s, end.turn_rate_rad_s.abs(), self.period.piece_s);
         let to_centre = end.heading + Angle::from_rad(sense * (0.5 * PI - lean_rad));
         let centre = end.position + Displacement::from_polar(radius_m, to_centre);
         for side in sides {
@@ -238,12 +249,12 @@ impl GeofenceSafety {
 
     /// Command that leaves the forbidden zones soonest, by a hard turn followed by straight flight.
     fn exit_command(&self, own: &Motion) -> Command {
-        let speed_m_s = self.uav.speed_max_m_s();
-        let turn_max = self.uav.turn_rate_max_rad_s;
+        let speed_m_s = self.limits.uav.speed_max_m_s();
+        let turn_max = self.limits.uav.turn_rate_max_rad_s;
         let straight_on = Command { speed_m_s, turn_rate_rad_s: 0.0 };
         let mut soonest = (f64::INFINITY, straight_on);
         let piece_s = (0.1 / turn_max).max(1e-2);
-        let response = self.uav.response(Duration::from_s(piece_s));
+        let response = self.limits.uav.response(Duration::from_s(piece_s));
         let pieces = (TAU / 0.1 + self.settling.piece_s * f64::from(self.settling.count) / piece_s).min(500.0) as u32;
         for sense in [1.0, -1.0] {
             let turn = Command { speed_m_s, turn_rate_rad_s: sense * turn_max };

@@ -3,6 +3,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::frame::Position;
 use crate::math::PI;
+use crate::params::BankParams;
 
 /// 23 m/s with airspeeds from 16 to 30 m/s.
 fn team() -> TeamParams {
@@ -150,7 +151,15 @@ proptest! {
 #[test]
 fn limits_over_ground_are_those_of_the_airframe_in_calm_air_and_stay_valid_in_strong_wind() {
     let mut team = team();
-    assert_eq!(team.ground_limits(), PredictionLimits { uav: team.uav, fastest_m_s: 30.0, wind_m_s: 0.0 });
+    assert_eq!(
+        team.ground_limits(),
+        PredictionLimits {
+            uav: team.uav,
+            fastest_m_s: 30.0,
+            wind_m_s: 0.0,
+            heading_rate_max_rad_s: team.uav.turn_rate_max_rad_s
+        }
+    );
     team.wind = Some(WindParams { orbit_wind_m_s: 48.0, ..WindParams::default() });
     let PredictionLimits { uav: limits, fastest_m_s, .. } = team.ground_limits();
     assert_eq!((limits.speeds_m_s(), limits.turn_rate_max_rad_s), ([23.0; 2], 0.25 * team.uav.turn_rate_max_rad_s));
@@ -272,4 +281,27 @@ fn the_geofence_allows_for_a_wind_that_is_stronger_than_expected() {
     assert_eq!((allowed_m_s(&team, 1e9), allowed_m_s(&team, f64::NAN)), (100.0, 5.0));
     team.wind = None;
     assert_eq!(team.geofence_wind_m_s(None), 0.0);
+}
+
+/// On every course, the circle needs no higher heading rate than the aircraft has, and no smaller circle would do in a
+/// tailwind.
+#[test]
+fn banking_aircraft_can_fly_circles_over_ground_at_constant_airspeed() {
+    let bank = Some(BankParams { bank_max_rad: 0.7, ..BankParams::default() });
+    for (airspeed_m_s, wind_m_s) in [(23.0, 5.0), (23.0, 15.0), (40.0, 10.0), (16.0, 12.0)] {
+        let team = TeamParams { uav: UavParams { bank, ..team().uav }, ..team() };
+        let limits = PredictionLimits::in_wind(team.uav, wind_m_s);
+        let radius_m = limits.circle_at_airspeed_m(airspeed_m_s);
+        let wind = Wind { velocity: Velocity::from_m_s(wind_m_s, 0.0) };
+        let heading_rates = (0..72).map(|step| {
+            let along = Velocity::from_polar(1.0, Angle::from_deg(5.0 * f64::from(step))).vector();
+            let [_, ground_speed_m_s] = wind.ground_speeds_m_s(along, [0.0, airspeed_m_s]).unwrap();
+            let air_m_s = along * ground_speed_m_s - wind.velocity.vector();
+            // At constant airspeed: psi' = chi' V_g / (V_a cos(psi - chi)), with chi' = V_g / r.
+            ground_speed_m_s * ground_speed_m_s / (radius_m * air_m_s.dot(&along))
+        });
+        let highest_rad_s = heading_rates.fold(0.0, f64::max);
+        let most_rad_s = team.uav.turn_rate_max_at_rad_s(airspeed_m_s);
+        assert!((highest_rad_s - most_rad_s).abs() < 1e-9, "{airspeed_m_s} {wind_m_s}: {highest_rad_s} {most_rad_s}");
+    }
 }
