@@ -312,6 +312,7 @@ impl PredictionLimits {
     /// the highest ground speed on it, r = (V_a + w)^2 / a for a lateral acceleration a.
     pub(crate) fn circle_at_airspeed_m(&self, airspeed_m_s: f64) -> f64 {
         let airframe = UavParams { turn_rate_max_rad_s: self.heading_rate_max_rad_s, ..self.uav };
+        let airspeed_m_s = airspeed_m_s.max(DIVISOR_MIN);
         let lateral_m_s2 = airspeed_m_s * airframe.turn_rate_max_at_rad_s(airspeed_m_s);
         let ground_speed_m_s = airspeed_m_s + self.wind_m_s;
         ground_speed_m_s * ground_speed_m_s / lateral_m_s2

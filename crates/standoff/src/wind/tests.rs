@@ -303,5 +303,6 @@ fn banking_aircraft_can_fly_circles_over_ground_at_constant_airspeed() {
         let highest_rad_s = heading_rates.fold(0.0, f64::max);
         let most_rad_s = team.uav.turn_rate_max_at_rad_s(airspeed_m_s);
         assert!((highest_rad_s - most_rad_s).abs() < 1e-9, "{airspeed_m_s} {wind_m_s}: {highest_rad_s} {most_rad_s}");
+        assert!(limits.circle_at_airspeed_m(0.0).is_finite());
     }
 }
