@@ -45,6 +45,7 @@ pub(super) fn target(metric: &str, settings: &Settings) -> String {
         | "velocity_error_m_s"
         | "reacquisition_time_s"
         | "turn_rate_saturated_fraction"
+        | "turn_rate_saturated_fraction_settled"
         | "speed_saturated_fraction"
         | "turn_reversals_per_min"
         | "reassignments_per_uav_min"
