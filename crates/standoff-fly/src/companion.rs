@@ -2,6 +2,7 @@
 
 use mavlink::MavHeader;
 use mavlink::dialects::ardupilotmega::{MavCmd, MavMessage};
+use standoff::research::Wind;
 use standoff::{
     Agent, AgentOutput, Angle, Command, Cue, Diagnostics, Duration, Geofence, Message, Observation, ParamError, Scan,
     Time, UavState, wire,
@@ -26,9 +27,6 @@ const LATE: Duration = Duration::from_us(250_000);
 
 /// Maximum number of cues kept until the next time step.
 const CUES_MAX: usize = 1000;
-
-/// The status line states a wind that exceeds the one that orbits have room for by more than this, m/s.
-const WIND_EXCESS_M_S: f64 = 2.0;
 
 /// Messages to send after a step.
 #[derive(Debug, Default)]
@@ -320,12 +318,17 @@ impl Companion {
         parameters.limits().err().or(of_course.flatten())
     }
 
-    /// The assumed wind, if it is clearly stronger than the one that the orbits have room for.
+    /// The assumed wind, if it is so much stronger than the one that the orbits have room for that the geofence allows
+    /// for more.
     pub fn wind_error(&self) -> Option<String> {
-        let (wind_m_s, allowed_m_s) =
-            (self.output.diagnostics.wind?.speed_m_s(), self.config.params.wind?.orbit_wind_m_s);
-        (wind_m_s > allowed_m_s + WIND_EXCESS_M_S).then(|| {
-            format!("wind of {wind_m_s:.0} m/s: orbits have room for wind.orbit_wind_m_s = {allowed_m_s}; set it in all scenarios")
+        let params = &self.config.params;
+        let (velocity, orbit_wind_m_s) = (self.output.diagnostics.wind?, params.wind?.orbit_wind_m_s);
+        (params.geofence_wind_m_s(Some(Wind { velocity })) > orbit_wind_m_s).then(|| {
+            let wind_m_s = velocity.speed_m_s();
+            format!(
+                "wind of {wind_m_s:.0} m/s: orbits have room for wind.orbit_wind_m_s = {orbit_wind_m_s}; set it in all \
+                 scenarios"
+            )
         })
     }
 

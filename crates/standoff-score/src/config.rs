@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use standoff::research::{CentreEstimate, MotionParams, OrbitMotion, Spread, StandoffDistance};
 use standoff::{Geofence, SensorParams, SeparationParams, TargetParams, TargetState, TeamParams, Velocity};
-use standoff_record::ReportedTables;
+use standoff_record::{Frame, ReportedTables};
 
 use crate::buildings::Buildings;
 use crate::geometry::{InView, true_centre};
@@ -159,5 +159,10 @@ impl ScoreConfig {
             ..Spread::of(furthest, centre)
         });
         self.team.orbit_bounds(turn_limit_m).distance(spread, margin_m, &self.sensor)
+    }
+
+    /// Returns whether the `*_settled` metrics evaluate a frame.
+    pub(crate) fn is_settled(&self, frame: &Frame) -> bool {
+        frame.time_us as f64 / 1e6 >= self.transient_s
     }
 }

@@ -280,7 +280,7 @@ impl Scorer {
                 self.so_far.infeasible.add(f64::from(group.is_some_and(|group| !group.feasible)));
                 let saturated = f64::from(uav.turn_rate_limited);
                 self.so_far.saturated.add(saturated);
-                if self.is_settled(frame) {
+                if self.config.is_settled(frame) {
                     self.so_far.saturated_settled.add(saturated);
                 }
             }
@@ -446,13 +446,9 @@ impl Scorer {
         }
     }
 
-    fn is_settled(&self, frame: &Frame) -> bool {
-        frame.time_us as f64 / 1e6 >= self.config.transient_s
-    }
-
     /// Adds radii, phases and distances of the UAVs on one orbit.
     fn orbit(&mut self, frame: &Frame, group: &GroupRow) {
-        let settled = self.is_settled(frame);
+        let settled = self.config.is_settled(frame);
         self.assignments.clear();
         self.assignments.extend(self.uavs.of(group.group).map(|index| at(&frame.uavs[index])));
         let centre = centre(group);

@@ -58,7 +58,7 @@ impl PredictionErrors {
         std::mem::swap(&mut self.on_orbits, &mut self.on_orbits_before);
         self.on_orbits.fill(matching::on_orbits(frame.tracks.iter()));
         self.uavs.fill(matching::assigned(frame));
-        if frame.time_us as f64 / 1e6 >= self.score_config.transient_s {
+        if self.score_config.is_settled(frame) {
             frame.groups.iter().for_each(|group| self.group(frame, orbits, group));
         }
         self.orbits_before.clone_from(orbits);

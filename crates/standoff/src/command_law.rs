@@ -89,14 +89,15 @@ impl CommandLaw<'_> {
         let uav = &self.params.uav;
         let in_frame = law.air_frame().map_or(*own, |wind| wind.relative_to_air(uav, own, commanded_m_s));
         let mut motion = Flown::motion(flown, uav, &in_frame, time);
-        if let Some(wind) = law.wind {
+        let over_ground_in = law.wind.filter(|_| law.air_frame().is_none());
+        if let Some(wind) = over_ground_in {
             motion.airspeed_m_s = wind.air_velocity(own.velocity()).airspeed_m_s;
         }
         let output = law.decide_in_frame(observation, &motion, refused);
         let is_banking = uav.bank.is_some() && own.is_finite();
         let flown = is_banking.then(|| Box::new(Flown { from: time, motion, command: output.command }));
         let decision = LastDecision { manoeuvre: output.manoeuvre(), flown };
-        let Some(wind) = law.wind.filter(|_| law.air_frame().is_none()) else { return (output, decision) };
+        let Some(wind) = over_ground_in else { return (output, decision) };
         let Diagnostics { avoiding, limiting_zone, .. } = output.diagnostics;
         let is_evasive = avoiding.is_some() || limiting_zone.is_some();
         let command = wind.air_command(self.params, own, output.command, is_evasive);

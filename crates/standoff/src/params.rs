@@ -22,6 +22,9 @@ pub use words::{
     Objective, OrbitDirection, Pointing, RemovalRule, SpeedReference, WindBelief,
 };
 
+/// Strongest wind that orbits or geofences allow for, m/s.
+pub(crate) const WIND_MAX_M_S: f64 = 100.0;
+
 /// Minimum range of a usable measurement, m. At shorter ranges the Jacobian's 1/r diverges and the bearing is useless.
 pub(crate) const RANGE_MIN_M: f64 = 1.0;
 
@@ -449,7 +452,7 @@ params! {
         numbers {
             /// Wind speed for which orbits have room: r_d,min is the turn limit at the highest ground speed, in a wind of
             /// this speed against the motion of the centre. The same for all UAVs, unlike their estimates.
-            pub orbit_wind_m_s = 0.0, "m/s", "wind.orbit_wind_m_s", Allowed::at_least(0.0).at_most(100.0);
+            pub orbit_wind_m_s = 0.0, "m/s", "wind.orbit_wind_m_s", Allowed::at_least(0.0).at_most(WIND_MAX_M_S);
             /// Time constant with which the estimate follows the difference between the ground velocity and the air
             /// velocity of the UAV.
             pub(crate) estimate_time_constant_s = 10.0, "s", "wind.estimate_time_constant_s",

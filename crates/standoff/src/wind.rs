@@ -22,7 +22,7 @@ use nalgebra::Vector2;
 use crate::angle::Angle;
 use crate::frame::{FASTEST_RAD_S, Velocity};
 use crate::math;
-use crate::params::{Integrator, TeamParams, UavParams, WindBelief, WindParams};
+use crate::params::{Integrator, TeamParams, UavParams, WIND_MAX_M_S, WindBelief, WindParams};
 use crate::time::Time;
 use crate::uav::{Command, LimitedCommand, UavState, clamp_flagged};
 
@@ -36,9 +36,6 @@ const WIND_ERROR_S: f64 = 0.8;
 /// If the assumed wind is stronger than the one that guidance allows for by more than this, m/s, the geofence allows for
 /// the assumed one.
 const STRONGER_M_S: f64 = 2.0;
-
-/// Strongest wind that anything allows for, m/s.
-const WIND_MAX_M_S: f64 = 100.0;
 
 /// Velocity of a UAV relative to the air, as its air data and attitude sensors measure it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -199,12 +196,7 @@ impl Wind {
         let turn_triangle = self.triangle(uav, own, ground.speed_m_s, uav.turn_rate_lag_s);
         match speed_triangle.zip(turn_triangle) {
             None => self.turn_into_wind(team, own),
-            Some((speed, _)) if is_evasive => {
-                // Turns of a banking aircraft are predicted at constant airspeed.
-                let airspeed_m_s =
-                    uav.bank.map_or(speed.airspeed_m_s, |_| self.air_velocity(own.velocity()).airspeed_m_s);
-                self.evasive_command(team, own, ground, airspeed_m_s)
-            }
+            Some((speed, _)) if is_evasive => self.evasive_command(team, own, ground, speed.airspeed_m_s),
             Some((speed, turn)) => {
                 let turn_rate_rad_s = ground.turn_rate_rad_s * turn.heading_per_course();
                 uav.limit(Command { speed_m_s: speed.airspeed_m_s, turn_rate_rad_s }).command
@@ -222,7 +214,8 @@ impl Wind {
         let now_m_s = self.air_velocity(own.velocity()).airspeed_m_s;
         // Change of the airspeed after a time, as a share of the commanded change.
         let share = |t_s: f64| 1.0 - math::exp(-t_s / uav.speed_lag_s);
-        let change_m_s = airspeed_m_s - now_m_s;
+        // Evasive turns of banking aircraft are predicted at constant airspeed.
+        let change_m_s = if uav.bank.is_some() { 0.0 } else { airspeed_m_s - now_m_s };
         let mean_m_s = now_m_s + change_m_s * share(0.5 * period_s);
         let course = own.heading + Angle::from_rad(own.turn_rate_rad_s * uav.turn_rate_lag_s);
         let along = Velocity::from_polar(1.0, course).vector();
@@ -255,8 +248,10 @@ impl TeamParams {
         self.wind.map_or(0.0, |wind| wind.orbit_wind_m_s)
     }
 
-    /// Speed of the wind that the geofence of a UAV allows for, m/s: the same, unless the UAV assumes a wind that is
-    /// stronger by more than [`STRONGER_M_S`]. Then it is a whole multiple of that, so that few safety functions are built.
+    /// Speed of the wind that the geofence of a UAV allows for, m/s: that of [`WindParams::orbit_wind_m_s`], unless the UAV
+    /// assumes a wind that is stronger by more than 2 m/s. Then it is a multiple of 2 m/s, so that few safety functions are
+    /// built.
+    #[cfg_attr(feature = "research", visibility::make(pub))]
     pub(crate) fn geofence_wind_m_s(&self, assumed: Option<Wind>) -> f64 {
         let (allowed_m_s, assumed_m_s) = (self.orbit_wind_m_s(), assumed.map_or(0.0, |wind| wind.velocity.speed_m_s()));
         let steps = (assumed_m_s.min(WIND_MAX_M_S) / STRONGER_M_S).ceil();
@@ -272,8 +267,8 @@ impl TeamParams {
 /// Limits of a UAV over ground, or relative to the air, for predictions that must hold.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct PredictionLimits {
-    /// What the UAV can fly; over ground on every course: ground speeds from V_min + w to V_max - w, or the nominal one if this
-    /// interval is empty, and the course rate in a tailwind at the lowest airspeed, omega_max V_min / (V_min + w).
+    /// What the UAV can fly; over ground on every course: ground speeds from V_min + w to V_max - w, or the nominal one
+    /// if this interval is empty, and the course rate in a tailwind at the lowest airspeed, omega_max V_min / (V_min + w).
     pub(crate) uav: UavParams,
     /// Highest speed, m/s; over ground on any course: V_max + w.
     pub(crate) fastest_m_s: f64,

@@ -126,8 +126,8 @@ impl GeofenceSafety {
         let turn_max = uav.turn_rate_max_rad_s;
         let (period, settling) = pieces(&uav, period_s);
         let settled_s = settling.piece_s * f64::from(settling.count);
-        let circle_m = 2.0 * fastest_m_s / uav.turn_rate_max_at_rad_s(fastest_m_s);
-        let circle_m = circle_m.max(2.0 * limits.circle_at_airspeed_m(fastest_m_s - limits.wind_m_s));
+        let radius_m = fastest_m_s / uav.turn_rate_max_at_rad_s(fastest_m_s);
+        let circle_m = 2.0 * radius_m.max(limits.circle_at_airspeed_m(fastest_m_s - limits.wind_m_s));
         Self {
             detours: DetourPlanner::of(geofence, uav),
             margin_m: margin_m(fastest_m_s, turn_max, &[&period, &settling]) + limits.wind_error_m(),

@@ -55,12 +55,13 @@ impl TeamGeofence {
         if binding == ZoneSet::default() {
             return None;
         }
-        let key = (binding, params.geofence_wind_m_s(wind));
+        let wind_m_s = params.geofence_wind_m_s(wind);
+        let key = (binding, wind_m_s);
         if let Some((_, safety)) = self.safety.iter().find(|(known, _)| *known == key) {
             return Some(Arc::clone(safety));
         }
         let zones = self.zones.part(binding);
-        let limits = PredictionLimits::in_wind(params.uav, key.1);
+        let limits = PredictionLimits::in_wind(params.uav, wind_m_s);
         let safety = Arc::new(GeofenceSafety::new(zones, limits, params.log.period_s));
         if self.safety.len() == KEPT_MAX {
             self.safety.remove(0);
