@@ -48,7 +48,7 @@ pub(crate) struct CommandLaw<'a> {
 /// What a UAV flies since its last decision.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct LastDecision {
-    /// Avoidance manoeuvre, for the next report.
+    /// Manoeuvre for the next report.
     pub(crate) manoeuvre: Option<Manoeuvre>,
     /// Motion and command of a banking UAV, in the frame of collision avoidance.
     flown: Option<Box<Flown>>,
@@ -90,16 +90,19 @@ impl CommandLaw<'_> {
         let in_frame = law.air_frame().map_or(*own, |wind| wind.relative_to_air(uav, own, commanded_m_s));
         let mut motion = Flown::motion(flown, uav, &in_frame, time);
         let over_ground_in = law.wind.filter(|_| law.air_frame().is_none());
-        if let Some(wind) = over_ground_in {
-            motion.airspeed_m_s = wind.air_velocity(own.velocity()).airspeed_m_s;
-        }
+        motion.circling_in = over_ground_in.filter(|_| uav.bank.is_some());
         let output = law.decide_in_frame(observation, &motion, refused);
         let is_banking = uav.bank.is_some() && own.is_finite();
         let flown = is_banking.then(|| Box::new(Flown { from: time, motion, command: output.command }));
-        let decision = LastDecision { manoeuvre: output.manoeuvre(), flown };
+        let manoeuvre = output.manoeuvre(is_banking && self.escapes.is_some());
+        let decision = LastDecision { manoeuvre, flown };
         let Some(wind) = over_ground_in else { return (output, decision) };
         let Diagnostics { avoiding, limiting_zone, .. } = output.diagnostics;
-        let is_evasive = avoiding.is_some() || limiting_zone.is_some();
+        // Banking UAVs circle at constant airspeed.
+        let is_evasive = match motion.circling_in {
+            Some(_) => motion.keeps_speed(output.command),
+            None => avoiding.is_some() || limiting_zone.is_some(),
+        };
         let command = wind.air_command(self.params, own, output.command, is_evasive);
         (AgentOutput { command, ..output }, decision)
     }
@@ -406,10 +409,10 @@ impl DesiredCommands for CommandLaw<'_> {
         Some(self.intent_in_frame(state, Intent::of(self.limit(state, command).command, state.heading, &steering)))
     }
 
-    fn desired(&self, teammate: UavId, state: &UavState) -> Intent {
-        let own = self.air_frame().map_or(*state, |wind| wind.over_ground(state, 0.0));
+    fn desired(&self, teammate: UavId, motion: &Motion) -> Intent {
+        let own = self.air_frame().map_or(motion.state, |wind| wind.over_ground(&motion.state, 0.0));
         let observation = Observation { uav: teammate, time: self.team_state.time, own };
-        let motion = Motion::steady(&self.params.uav, state).with_state(own);
+        let motion = motion.with_state(own);
         let desired = CommandLaw::desired(
             self,
             (&observation, &motion),

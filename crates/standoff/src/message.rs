@@ -212,7 +212,7 @@ research_fields! {
         pub(crate) assigned_group: Option<GroupId>,
         /// True if the sender leaves the team from the next time step.
         pub(crate) is_leaving: bool,
-        /// Avoidance manoeuvre that the sender flies; `None` if it flies its desired command.
+        /// Manoeuvre that the sender flies; `None` if it flies its desired command, unless it banks.
         pub(crate) manoeuvre: Option<Manoeuvre>,
         /// Status of the sender's message log; `None` in a retransmission.
         pub(crate) log_status: Option<Box<LogStatus>>,
@@ -220,12 +220,13 @@ research_fields! {
 }
 
 research_fields! {
-    /// Avoidance manoeuvre of a UAV, its intent in reports: what it has flown since its last decision. The sender keeps
-    /// to its side until it is clear of the aircraft.
+    /// Manoeuvre of a UAV, its intent in reports: what it has flown since its last decision. A UAV that avoids an aircraft
+    /// keeps to its side until it is clear of it. UAVs that bank always report their command, because their bank angle is
+    /// on its way to that of the commanded turn.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct Manoeuvre {
-        /// Aircraft that the UAV avoids.
-        pub(crate) avoids: Aircraft,
+        /// Aircraft that the UAV avoids; `None` if it flies its desired command.
+        pub(crate) avoids: Option<Aircraft>,
         /// Command that it flies; in wind relative to the air, or with a geofence over ground.
         pub(crate) command: Command,
         /// True if it would turn to the left if the conflict remained, false if to the right.
@@ -251,7 +252,7 @@ impl Manoeuvre {
     }
 
     /// Bits that order manoeuvres.
-    pub(crate) fn order(&self) -> (Aircraft, u64, u64, bool) {
+    pub(crate) fn order(&self) -> (Option<Aircraft>, u64, u64, bool) {
         let Command { speed_m_s, turn_rate_rad_s } = self.command;
         (self.avoids, speed_m_s.to_bits(), turn_rate_rad_s.to_bits(), self.is_left)
     }
@@ -387,7 +388,7 @@ impl Message {
     /// |---|---|
     /// | report | 84 |
     /// | with altitude and rate of climb | + 16 |
-    /// | while the UAV avoids another aircraft | + 13 |
+    /// | while the UAV avoids another aircraft, or always if it banks and keeps a minimum separation | + 13 |
     /// | for each detection with label | + 20 |
     /// | for each of them, if one has a range rate | + 4 |
     /// | with detections without label | + 2 |

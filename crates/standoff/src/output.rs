@@ -73,14 +73,12 @@ pub struct AgentOutput {
 }
 
 impl AgentOutput {
-    /// Avoidance manoeuvre, for the next report.
-    pub(crate) fn manoeuvre(&self) -> Option<Manoeuvre> {
-        let of = |avoidance: Avoidance| Manoeuvre {
-            avoids: avoidance.aircraft,
-            command: self.command,
-            is_left: avoidance.is_left,
-        };
-        self.diagnostics.avoiding.map(of)
+    /// Manoeuvre for the next report; with `is_always`, also that of a UAV that avoids no aircraft.
+    pub(crate) fn manoeuvre(&self, is_always: bool) -> Option<Manoeuvre> {
+        let (avoiding, command) = (self.diagnostics.avoiding, self.command);
+        let is_left = avoiding.map_or(command.turn_rate_rad_s >= 0.0, |avoidance| avoidance.is_left);
+        let avoids = avoiding.map(|avoidance| avoidance.aircraft);
+        (is_always || avoids.is_some()).then_some(Manoeuvre { avoids, command, is_left })
     }
 
     /// A command without altitude, pointing target and group.

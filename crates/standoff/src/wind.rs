@@ -136,6 +136,27 @@ impl Wind {
         }
     }
 
+    /// Command at constant airspeed on a circle over ground, for a course rate now: psi' = V_g chi' / (V_a cos(psi - chi)),
+    /// with chi' in proportion to V_g. `lead_s` is the time until the command has its effect.
+    pub(crate) fn circle_command(self, own: &UavState, course_rate_rad_s: f64, lead_s: f64) -> Command {
+        let airspeed_m_s = self.air_velocity(own.velocity()).airspeed_m_s;
+        let course = own.heading + Angle::from_rad(own.turn_rate_rad_s * lead_s);
+        let [ground_speed_m_s, forward_m_s] = self.on_course_m_s(course, airspeed_m_s);
+        let share = ground_speed_m_s / own.speed_m_s.max(DIVISOR_MIN);
+        let turn_rate_rad_s = ground_speed_m_s * course_rate_rad_s * share / forward_m_s;
+        Command { speed_m_s: airspeed_m_s, turn_rate_rad_s }
+    }
+
+    /// Ground speed on a course at an airspeed, and the part of the airspeed along the course, V_a cos(psi - chi), m/s.
+    fn on_course_m_s(self, course: Angle, airspeed_m_s: f64) -> [f64; 2] {
+        let along = Velocity::from_polar(1.0, course).vector();
+        let wind = self.velocity.vector();
+        let cross_m_s = along.perp(&wind);
+        let squared = airspeed_m_s * airspeed_m_s - cross_m_s * cross_m_s;
+        let forward_m_s = squared.max(0.0).sqrt().max(DIVISOR_MIN * airspeed_m_s.max(DIVISOR_MIN));
+        [wind.dot(&along) + forward_m_s, forward_m_s]
+    }
+
     /// Lowest and highest ground speed, m/s, on the course `along`, a unit vector, at airspeeds between the two of
     /// `airspeeds_m_s`; `None` if no ground speed above 0 is possible. The UAV faces along its course: it does not fly
     /// backwards.
@@ -188,7 +209,8 @@ impl Wind {
     /// the middle of the period. If no ground speed is feasible on the course, the UAV turns into the wind at its
     /// highest airspeed, which keeps the drift smallest.
     ///
-    /// An evasive turn, for a zone or another aircraft, must be flown as predicted: see [`Self::evasive_command`].
+    /// An evasive turn, for a zone or another aircraft, must be flown as predicted: see [`Self::evasive_command`]. Those of
+    /// banking aircraft are predicted at constant airspeed.
     pub(crate) fn air_command(self, team: &TeamParams, own: &UavState, ground: Command, is_evasive: bool) -> Command {
         let uav = &team.uav;
         let speed_after_s = uav.speed_lag_s + 0.5 * team.log.period_s;
@@ -196,6 +218,10 @@ impl Wind {
         let turn_triangle = self.triangle(uav, own, ground.speed_m_s, uav.turn_rate_lag_s);
         match speed_triangle.zip(turn_triangle) {
             None => self.turn_into_wind(team, own),
+            Some(_) if is_evasive && uav.bank.is_some() => {
+                let lead_s = uav.turn_rate_lag_s + 0.5 * team.log.period_s;
+                uav.limit(self.circle_command(own, ground.turn_rate_rad_s, lead_s)).command
+            }
             Some((speed, _)) if is_evasive => self.evasive_command(team, own, ground, speed.airspeed_m_s),
             Some((speed, turn)) => {
                 let turn_rate_rad_s = ground.turn_rate_rad_s * turn.heading_per_course();
@@ -214,8 +240,7 @@ impl Wind {
         let now_m_s = self.air_velocity(own.velocity()).airspeed_m_s;
         // Change of the airspeed after a time, as a share of the commanded change.
         let share = |t_s: f64| 1.0 - math::exp(-t_s / uav.speed_lag_s);
-        // Evasive turns of banking aircraft are predicted at constant airspeed.
-        let change_m_s = if uav.bank.is_some() { 0.0 } else { airspeed_m_s - now_m_s };
+        let change_m_s = airspeed_m_s - now_m_s;
         let mean_m_s = now_m_s + change_m_s * share(0.5 * period_s);
         let course = own.heading + Angle::from_rad(own.turn_rate_rad_s * uav.turn_rate_lag_s);
         let along = Velocity::from_polar(1.0, course).vector();

@@ -18,7 +18,8 @@
 //! flags              sum of 1: leaving, 2: with assigned_group, 4: log_status, 8: snapshot_request, 16: vertical,
 //!                    32: range rates, 64: unlabelled, 128: manoeuvre
 //! vertical           altitude f64, climb_rate f64
-//! manoeuvre          sum of 1: avoids an intruder, 2: turns left u8, avoided aircraft u32, speed f32, turn_rate f32
+//! manoeuvre          sum of 1: avoids an intruder, 2: turns left, 4: avoids no aircraft u8, avoided aircraft u32 (4: 0),
+//!                    speed f32, turn_rate f32
 //! detection          label u32, range f64, bearing f64
 //! unlabelled         range f32, bearing f32, range rate f32 (NaN: none)
 //! log_status         start i64, committed_until i64, listed_after i64, degraded_at i64, commit_digest,
@@ -60,7 +61,7 @@ use crate::time::Time;
 use crate::uav::{Aircraft, Command, UavId, UavState, Vertical};
 
 /// Version of the encoding. It changes with every change of the layout; a decoder accepts only its own version.
-const VERSION: u8 = 3;
+const VERSION: u8 = 4;
 
 /// First byte of every message.
 const FORMAT: u8 = b's';
@@ -349,16 +350,20 @@ impl Wire for ReceivedRange {
 impl Wire for Manoeuvre {
     fn put(&self, to: &mut Vec<u8>) -> Result<(), EncodeError> {
         let (is_intruder, number) = match self.avoids {
-            Aircraft::Uav(uav) => (false, uav.0),
-            Aircraft::Intruder(number) => (true, number),
+            Some(Aircraft::Uav(uav)) => (false, uav.0),
+            Some(Aircraft::Intruder(number)) => (true, number),
+            None => (false, 0),
         };
         let Command { speed_m_s, turn_rate_rad_s } = self.command;
-        (([is_intruder, self.is_left], number), (speed_m_s as f32, turn_rate_rad_s as f32)).put(to)
+        let flags = [is_intruder, self.is_left, self.avoids.is_none()];
+        ((flags, number), (speed_m_s as f32, turn_rate_rad_s as f32)).put(to)
     }
 
     fn take(from: &mut &[u8]) -> Result<Self, DecodeError> {
-        let (([is_intruder, is_left], number), (speed_m_s, turn_rate_rad_s)): (_, (f32, f32)) = Wire::take(from)?;
-        let avoids = if is_intruder { Aircraft::Intruder(number) } else { Aircraft::Uav(UavId(number)) };
+        let (([is_intruder, is_left, avoids_none], number), (speed_m_s, turn_rate_rad_s)): (_, (f32, f32)) =
+            Wire::take(from)?;
+        let aircraft = if is_intruder { Aircraft::Intruder(number) } else { Aircraft::Uav(UavId(number)) };
+        let avoids = Some(aircraft).filter(|_| !avoids_none);
         let command = Command { speed_m_s: speed_m_s.into(), turn_rate_rad_s: turn_rate_rad_s.into() };
         Ok(Self { avoids, command, is_left })
     }

@@ -32,7 +32,7 @@ pub struct Teammate {
     /// Time from which its detections start tracks: [`WRONG_MAX_S`](crate::message::WRONG_MAX_S) after it has joined the
     /// team. Before, they only update the team's tracks.
     pub(crate) starts_tracks_from: Time,
-    /// Avoidance manoeuvre according to the last report.
+    /// Manoeuvre according to the last report.
     #[serde(skip)]
     pub(crate) manoeuvre: Option<Manoeuvre>,
 }

@@ -80,7 +80,7 @@ pub(crate) struct OtherAircraft {
     pub(crate) reported_state: UavState,
     /// Age of the report, s.
     pub(crate) age_s: f64,
-    /// Reported avoidance manoeuvre.
+    /// Reported manoeuvre.
     pub(crate) manoeuvre: Option<Manoeuvre>,
 }
 
@@ -130,7 +130,7 @@ pub(crate) struct CollisionAvoidance<'a> {
     pub(crate) geofence: Option<&'a GeofenceSafety>,
     pub(crate) id: UavId,
     pub(crate) own: &'a Motion,
-    /// Avoidance manoeuvre since the last decision, as reported.
+    /// Manoeuvre since the last decision, as reported.
     pub(crate) manoeuvre: Option<Manoeuvre>,
 }
 
@@ -139,8 +139,8 @@ pub(crate) trait DesiredCommands {
     /// Intent of a teammate at its last report if it follows the orbit of its group; `None` without a group.
     fn intent_of(&self, teammate: UavId) -> Option<Intent>;
 
-    /// Intent of a teammate in a state, within the limits and its geofence.
-    fn desired(&self, teammate: UavId, state: &UavState) -> Intent;
+    /// Intent of a teammate that moves with `motion`, within the limits and its geofence.
+    fn desired(&self, teammate: UavId, motion: &Motion) -> Intent;
 }
 
 /// A UAV whose command is planned together with those of its neighbours.
@@ -224,9 +224,15 @@ impl CollisionAvoidance<'_> {
     /// True if the escape manoeuvres of this UAV and another one may meet.
     fn can_meet(&self, other: &UavState, age_s: f64) -> bool {
         let speeds_m_s = self.own.state.speed_m_s.abs() + other.speed_m_s.abs();
+        // A geofence may leave only one turn to both, so that their circles meet although they fly apart.
+        let circles_m = match self.geofence {
+            Some(_) => [&self.own.state, other].map(|state| self.own.with_state(*state).circle_m(&self.escapes.limits)),
+            None => [0.0; 2],
+        };
         let reach_m = self.separation.horizontal_min_m
             + ESCAPE_BUFFER_M
             + speeds_m_s * self.escapes.turning_s
+            + 2.0 * (circles_m[0] + circles_m[1])
             + (other.speed_m_s.abs() + DRIFT_M_S) * age_s;
         self.own.state.position.squared_distance_m2(other.position) < reach_m * reach_m
     }
@@ -265,7 +271,9 @@ impl CollisionAvoidance<'_> {
                 true => *self.own,
                 false => {
                     let command = other.manoeuvre.map(|manoeuvre| manoeuvre.command);
-                    Motion::turning(&self.escapes.limits.uav, &state, command)
+                    let mut motion = Motion::turning(&self.escapes.limits.uav, &state, command);
+                    motion.circling_in = self.own.circling_in;
+                    motion
                 }
             };
             Planned { uav, motion, age_s, levels_m: other.levels_m(), course, manoeuvre: other.manoeuvre }
@@ -273,7 +281,7 @@ impl CollisionAvoidance<'_> {
         let mut planned: Vec<Planned> = nearest.into_iter().map(plan).collect();
         // UAVs that avoid an intruder have right of way.
         planned.sort_by_key(|planned| {
-            let avoids = planned.manoeuvre.map(|manoeuvre| manoeuvre.avoids);
+            let avoids = planned.manoeuvre.and_then(|manoeuvre| manoeuvre.avoids);
             (matches!(avoids, Some(Aircraft::Intruder(_))), planned.uav)
         });
         let Self { separation, escapes: model, geofence, .. } = *self;
@@ -298,15 +306,16 @@ impl CollisionAvoidance<'_> {
         let is_met: Vec<bool> = (0..planned.len())
             .map(|index| !meets[index].is_empty() || meets.iter().any(|met| met.contains(&index)))
             .collect();
-        let turns =
-            |motion: &Motion, command| self.geofence.map_or([true; 2], |geofence| geofence.safe_turns(motion, command));
+        let turns = |uav: UavId, motion: &Motion, command| {
+            self.geofence.map_or([true; 2], |geofence| geofence.safe_turns(motion, command, uav != self.id))
+        };
         let commands: Vec<(Command, PredictedTrajectory)> = planned
             .iter()
             .map(|planned| {
                 if planned.uav == self.id {
                     return (desired, course);
                 }
-                let intent = team.desired(planned.uav, &planned.motion.state);
+                let intent = team.desired(planned.uav, &planned.motion);
                 (intent.command, PredictedTrajectory::of(&planned.motion.state, intent, &self.escapes.limits.uav, 0.0))
             })
             .collect();
@@ -314,17 +323,20 @@ impl CollisionAvoidance<'_> {
             .iter()
             .map(|planned| {
                 let turns_left = planned.motion.state.turn_rate_rad_s >= 0.0;
-                Side::of(planned.manoeuvre.map_or(turns_left, |manoeuvre| manoeuvre.is_left))
+                Side::of(avoiding(planned.manoeuvre).map_or(turns_left, |manoeuvre| manoeuvre.is_left))
             })
             .collect();
         // Escape manoeuvres of all, after their desired commands or, if these fall short together, from now on.
-        let escapes_after = |command_of: &dyn Fn(usize, Side) -> Command| {
+        let escapes_after = |command_of: &dyn Fn(usize, Side) -> Command, is_now: bool| {
             let path_of = |index: usize, side| {
                 is_met[index].then(|| self.escapes.path(&planned[index].motion, command_of(index, side), side))
             };
             let is_possible: Vec<[bool; 2]> = (0..planned.len())
                 .map(|index| {
-                    Side::BOTH.map(|side| turns(&planned[index].motion, Some(command_of(index, side)))[side as usize])
+                    let motion = &planned[index].motion;
+                    let after = |side: Side| turns(planned[index].uav, motion, command_of(index, side))[side as usize];
+                    let possible = Side::BOTH.map(after);
+                    if is_now && possible == [false; 2] { self.last_turn(motion) } else { possible }
                 })
                 .collect();
             let paths: Vec<[Option<Escape>; 2]> =
@@ -343,9 +355,9 @@ impl CollisionAvoidance<'_> {
             let chosen = sides.iter().enumerate().map(|(index, side)| paths[index][*side as usize]);
             (short, chosen.collect::<Vec<Option<Escape>>>())
         };
-        let (short, mut escapes) = escapes_after(&|index, _| commands[index].0);
+        let (short, mut escapes) = escapes_after(&|index, _| commands[index].0, false);
         if short > 0.0 {
-            escapes = escapes_after(&|index, side| self.escapes.command(&planned[index].motion.state, side)).1;
+            escapes = escapes_after(&|index, side| self.escapes.command(&planned[index].motion, side), true).1;
         }
         let mut courses: Vec<SampledTrajectory> = planned.iter().map(|planned| planned.course.sampled()).collect();
         for index in 0..planned.len() {
@@ -492,7 +504,7 @@ impl CollisionAvoidance<'_> {
 
     /// A required distance, larger for the aircraft that the UAV already avoids: a manoeuvre ends only when clear.
     fn kept(&self, aircraft: Aircraft, required: Required) -> Required {
-        let is_avoided = self.manoeuvre.is_some_and(|manoeuvre| manoeuvre.avoids == aircraft);
+        let is_avoided = self.manoeuvre.is_some_and(|manoeuvre| manoeuvre.avoids == Some(aircraft));
         let of_age_m = match aircraft {
             Aircraft::Uav(_) => CLEAR_OF_OLD_S * required.growth_m_s(),
             Aircraft::Intruder(_) => 0.0,
@@ -514,7 +526,7 @@ impl CollisionAvoidance<'_> {
         let is_trusted =
             |intent: &Intent| (intent.command.turn_rate_rad_s - turn_rate_rad_s).abs() < TRUST_RAD_S * (1.0 + age_s);
         let reported_command =
-            other.manoeuvre.map(|manoeuvre| self.escapes.limits.uav.limit(manoeuvre.command).command);
+            avoiding(other.manoeuvre).map(|manoeuvre| self.escapes.limits.uav.limit(manoeuvre.command).command);
         let flown = Intent::held(reported_command.unwrap_or(Command { speed_m_s, turn_rate_rad_s }));
         let intent = match intent {
             None => flown,
@@ -531,13 +543,13 @@ impl CollisionAvoidance<'_> {
         &self,
         (desired, course): (Command, PredictedTrajectory),
         neighbours: &Neighbours,
-        turns: impl Fn(&Motion, Option<Command>) -> [bool; 2],
+        turns: impl Fn(UavId, &Motion, Command) -> [bool; 2],
     ) -> (Command, Side, Option<Avoidance>) {
         let near = neighbours.near;
         let (short, soft_avoidance) = self.shortfall(&course.sampled(), near, f64::INFINITY);
-        let possible = turns(self.own, Some(desired));
+        let possible = turns(self.id, self.own, desired);
         let is_allowed = possible != [false; 2];
-        let sides = if is_allowed { possible } else { [true; 2] };
+        let sides = if is_allowed { possible } else { self.last_turn(self.own) };
         let (escape_short, side, escape_avoidance) =
             self.escape_shortfall(desired, &neighbours.escapes, f64::INFINITY, sides);
         if short <= 0.0 && escape_short <= 0.0 && is_allowed {
@@ -545,13 +557,13 @@ impl CollisionAvoidance<'_> {
         }
         let mut best = (f64::INFINITY, desired, side, escape_short);
         let turns_s = if near.iter().any(|other| other.pursuer.is_some()) { &TURNS_S[..] } else { &[] };
-        let flown_rad_s =
-            self.manoeuvre.map_or(self.own.state.turn_rate_rad_s, |manoeuvre| manoeuvre.command.turn_rate_rad_s);
+        let flown_rad_s = avoiding(self.manoeuvre)
+            .map_or(self.own.state.turn_rate_rad_s, |manoeuvre| manoeuvre.command.turn_rate_rad_s);
         let conflict = soft_avoidance.or(escape_avoidance).map(|avoidance| avoidance.aircraft);
         let teammate = near.iter().find(|other| Some(other.aircraft) == conflict && other.pursuer.is_none());
         let age_s = teammate.map_or(0.0, |other| other.required.age_s);
         let change_cost_s = CHANGE_COST_1_S * age_s / self.escapes.limits.uav.turn_rate_max_rad_s;
-        for (effort, command) in COSTS.candidates(&self.escapes.limits.uav, self.own.state.turn_rate_rad_s, desired) {
+        for (effort, command) in COSTS.candidates(&self.escapes.limits, self.own, desired) {
             // All further commands cost more, too.
             if effort >= best.0 {
                 break;
@@ -585,7 +597,7 @@ impl CollisionAvoidance<'_> {
             if escape.0 >= escape_short_max {
                 continue;
             }
-            let possible = turns(self.own, Some(command));
+            let possible = turns(self.id, self.own, command);
             if possible == [false; 2] {
                 continue;
             }
@@ -604,6 +616,11 @@ impl CollisionAvoidance<'_> {
             if is_given_up { escape_avoidance.or(soft_avoidance) } else { soft_avoidance.or(escape_avoidance) };
         let avoidance = avoidance.map(|avoidance| Avoidance { is_left: side == Side::Left, is_given_up, ..avoidance });
         (command, side, avoidance)
+    }
+
+    /// Escape manoeuvre, to the left or to the right, of a UAV for which the geofence allows none.
+    fn last_turn(&self, motion: &Motion) -> [bool; 2] {
+        self.geofence.map_or([true; 2], |geofence| geofence.last_turn(motion))
     }
 
     /// Smallest shortfall of the escape manoeuvres after a command, the side of that manoeuvre, and the aircraft that
@@ -680,6 +697,11 @@ impl CollisionAvoidance<'_> {
 const CLIMB_CLEAR_MINIMA: f64 = 6.0;
 /// Buffer added to the minimum altitude difference for a UAV that waits for another aircraft to clear its altitude, m.
 const SPARE_VERTICAL_M: f64 = 1.0;
+
+/// The manoeuvre, if it avoids an aircraft.
+fn avoiding(manoeuvre: Option<Manoeuvre>) -> Option<Manoeuvre> {
+    manoeuvre.filter(|manoeuvre| manoeuvre.avoids.is_some())
+}
 
 /// Avoidance of an aircraft, before a manoeuvre has been chosen.
 fn avoidance(aircraft: Aircraft, predicted_distance_m: f64) -> Avoidance {

@@ -1,7 +1,9 @@
 //! Candidate commands near a desired command, for the case that the desired command is not admissible.
 
+use crate::bank::Motion;
 use crate::params::UavParams;
 use crate::uav::Command;
+use crate::wind::PredictionLimits;
 
 /// Number of turn rates to each side of straight flight.
 const TURNS: i32 = 8;
@@ -21,23 +23,35 @@ pub(crate) struct Costs {
 impl Costs {
     /// Returns the commands on a grid of turn rates and speeds, which includes the desired turn rate and the desired
     /// speed, with their costs. The cheapest command comes first.
-    pub(crate) fn candidates(self, uav: &UavParams, flown_rad_s: f64, desired: Command) -> Vec<(f64, Command)> {
+    ///
+    /// UAVs that circle over ground at constant airspeed ([`Motion::circling_in`]) keep their speed; their turn rates
+    /// include those of the escape manoeuvres.
+    pub(crate) fn candidates(self, limits: &PredictionLimits, own: &Motion, desired: Command) -> Vec<(f64, Command)> {
         let UavParams {
             turn_rate_max_rad_s: turn_max, speed_m_s: nominal_m_s, speed_change_max_m_s: change_max, ..
-        } = *uav;
+        } = limits.uav;
         let share = |step: i32, steps: i32| f64::from(step) / f64::from(steps);
         let turns = (-TURNS..=TURNS).map(|step| turn_max * share(step, TURNS)).chain([desired.turn_rate_rad_s]);
-        let all = turns.flat_map(|turn_rate_rad_s| {
-            let speeds = (-SPEEDS..=SPEEDS).map(|step| nominal_m_s + change_max * share(step, SPEEDS));
-            speeds.chain([desired.speed_m_s]).map(move |speed_m_s| {
-                let off = (turn_rate_rad_s - desired.turn_rate_rad_s) / turn_max;
-                let faster = (speed_m_s - desired.speed_m_s) / change_max.max(1e-9);
-                let turned = (turn_rate_rad_s - flown_rad_s) / turn_max;
-                let cost = off * off + self.speed * faster * faster + self.turn * turned * turned;
-                (cost, Command { speed_m_s, turn_rate_rad_s })
-            })
-        });
-        let mut all: Vec<_> = all.collect();
+        let with_cost = |command: Command| {
+            let off = (command.turn_rate_rad_s - desired.turn_rate_rad_s) / turn_max;
+            let faster = (command.speed_m_s - desired.speed_m_s) / change_max.max(1e-9);
+            let turned = (command.turn_rate_rad_s - own.state.turn_rate_rad_s) / turn_max;
+            (off * off + self.speed * faster * faster + self.turn * turned * turned, command)
+        };
+        let mut all: Vec<(f64, Command)> = if own.circling_in.is_some() {
+            let desired_m_s = desired.speed_m_s;
+            let escapes = [1.0, -1.0].map(|sense| own.escape_command(limits, sense).turn_rate_rad_s);
+            let commands =
+                turns.chain(escapes).map(|turn_rate_rad_s| Command { speed_m_s: desired_m_s, turn_rate_rad_s });
+            let kept = |(cost, command)| (cost, Command { speed_m_s: own.state.speed_m_s, ..command });
+            commands.map(with_cost).map(kept).collect()
+        } else {
+            let commands = turns.flat_map(|turn_rate_rad_s| {
+                let speeds = (-SPEEDS..=SPEEDS).map(|step| nominal_m_s + change_max * share(step, SPEEDS));
+                speeds.chain([desired.speed_m_s]).map(move |speed_m_s| Command { speed_m_s, turn_rate_rad_s })
+            });
+            commands.map(with_cost).collect()
+        };
         all.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
         all
     }

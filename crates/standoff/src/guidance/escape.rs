@@ -15,7 +15,7 @@ use crate::guidance::predicted_trajectory::least_length;
 use crate::math::PI;
 use crate::params::{Integrator, UavParams};
 use crate::time::Duration;
-use crate::uav::{AutopilotModel, Command, UavState};
+use crate::uav::{AutopilotModel, Command};
 use crate::wind::PredictionLimits;
 
 /// Maximum turn between two consecutive points of a path, rad.
@@ -77,7 +77,8 @@ pub(crate) struct Escape {
     /// Circle at the end.
     centre: Position,
     radius_m: f64,
-    turn_rate_rad_s: f64,
+    /// Turn rate on the circle, rad/s; `None` if it changes with the course, in wind.
+    turn_rate_rad_s: Option<f64>,
     /// Unit vector from the centre to the last point.
     spoke: Vector2<f64>,
     pub(crate) side: Side,
@@ -105,13 +106,9 @@ impl EscapeModel {
         }
     }
 
-    /// The command of an escape manoeuvre that begins in a state.
-    pub(crate) fn command(&self, from: &UavState, side: Side) -> Command {
-        let uav = &self.limits.uav;
-        Command {
-            speed_m_s: uav.escape_speed_m_s(from.speed_m_s),
-            turn_rate_rad_s: side.sign() * uav.turn_rate_max_rad_s,
-        }
+    /// The command of an escape manoeuvre that begins with a motion.
+    pub(crate) fn command(&self, from: &Motion, side: Side) -> Command {
+        from.escape_command(&self.limits, side.sign())
     }
 
     /// Path from a motion: a command for one period, then the escape manoeuvre.
@@ -120,17 +117,26 @@ impl EscapeModel {
         let mut points = [from.state.position; POINTS_MAX];
         let (first, then) = points[1..=self.pieces[0] + self.pieces[1]].split_at_mut(self.pieces[0]);
         for point in first {
-            motion = self.responses[0].advance(&motion, command);
+            motion = self.responses[0].advance(&motion, from.held(command, &motion));
             *point = motion.state.position;
         }
-        let manoeuvre = self.command(&motion.state, side);
+        let mut manoeuvre = self.command(&motion, side);
         for point in then {
             motion = self.responses[1].advance(&motion, manoeuvre);
             *point = motion.state.position;
+            // The ground speed changes on a circle in wind.
+            if motion.circling_in.is_some() {
+                manoeuvre = self.command(&motion, side);
+            }
         }
         let state = motion.state;
-        let turn_rate_rad_s = self.limits.uav.turn_rate_max_at_rad_s(manoeuvre.speed_m_s);
-        let radius_m = manoeuvre.speed_m_s / turn_rate_rad_s;
+        let (radius_m, turn_rate_rad_s) = match motion.circle_over_ground_m(&self.limits) {
+            Some(radius_m) => (radius_m, None),
+            None => {
+                let turn_rate_rad_s = self.limits.uav.turn_rate_max_at_rad_s(manoeuvre.speed_m_s);
+                (manoeuvre.speed_m_s / turn_rate_rad_s, Some(turn_rate_rad_s))
+            }
+        };
         let outward = state.heading - Angle::from_rad(side.sign() * 0.5 * PI);
         let centre = state.position + Displacement::from_polar(-radius_m, outward);
         let spoke = Displacement::from_polar(1.0, outward).vector();
@@ -158,7 +164,7 @@ impl EscapeModel {
     fn circles_m(&self, a: &Escape, b: &Escape) -> f64 {
         let (apart, radius_m) = ((a.centre - b.centre).vector(), 0.5 * (a.radius_m + b.radius_m));
         let wider_m = (a.radius_m - b.radius_m).abs();
-        if (a.turn_rate_rad_s - b.turn_rate_rad_s).abs() > 0.0 {
+        if a.turn_rate_rad_s.is_none() || a.turn_rate_rad_s != b.turn_rate_rad_s {
             // At some time, both are where the circles come nearest.
             let outside_m = apart.norm() - a.radius_m - b.radius_m;
             return outside_m.max(wider_m - apart.norm()).max(0.0);
@@ -217,6 +223,7 @@ mod tests {
     use super::*;
     use crate::guidance::geofence_safety::tests::Drawn;
     use crate::params::{BankParams, TeamParams};
+    use crate::uav::UavState;
 
     fn drawn_state(drawn: &mut Drawn, uav: &UavParams) -> UavState {
         UavState {
@@ -246,7 +253,7 @@ mod tests {
             least_m = least_m.min(motions[0].state.position.distance_m(motions[1].state.position));
             for ((motion, command), side) in motions.iter_mut().zip(&mut commands).zip(sides) {
                 if piece == 50 {
-                    *command = model.command(&motion.state, side);
+                    *command = model.command(motion, side);
                 }
                 *motion = response.advance(motion, *command);
             }
@@ -292,7 +299,8 @@ mod tests {
         for _ in 0..100 {
             let states = [0; 4].map(|_| drawn_state(&mut drawn, &uav));
             let paths = states.map(|state| {
-                Side::BOTH.map(|side| model.path(&Motion::steady(&uav, &state), model.command(&state, side), side))
+                let motion = Motion::steady(&uav, &state);
+                Side::BOTH.map(|side| model.path(&motion, model.command(&motion, side), side))
             });
             let short = |i: usize, s: Side, j: usize, t: Side| match i == j {
                 true => 0.0,

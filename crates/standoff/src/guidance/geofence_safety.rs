@@ -150,30 +150,39 @@ impl GeofenceSafety {
         }
         let sides = self.sides_near(&own.state);
         let Some(zone) = self.forbidding_zone(own, desired, &sides) else { return (desired, None) };
-        let mut commands = COSTS
-            .candidates(&self.limits.uav, own.state.turn_rate_rad_s, desired)
-            .into_iter()
-            .map(|(_, command)| command);
+        let mut commands = COSTS.candidates(&self.limits, own, desired).into_iter().map(|(_, command)| command);
         let allowed = commands.find(|command| self.forbidding_zone(own, *command, &sides).is_none());
         (allowed.unwrap_or_else(|| self.manoeuvre(own, &sides)), Some(zone))
     }
 
     /// Fallback manoeuvres, to the left and to the right, that stay clear of every outline forever after a command was
-    /// held for one period; without a command, from now on. Neither, if the command is not allowed.
-    pub(crate) fn safe_turns(&self, own: &Motion, command: Option<Command>) -> [bool; 2] {
+    /// held for one period. Neither, if the command is not allowed.
+    ///
+    /// The motion of a teammate, and a circle in wind, are not known exactly: a fallback manoeuvre that a UAV already flies,
+    /// and those of a teammate, need no margin for the wind. Otherwise small errors would forbid what was promised.
+    pub(crate) fn safe_turns(&self, own: &Motion, command: Command, is_teammate: bool) -> [bool; 2] {
         if !self.geofence().contains(own.state.position) {
             return [false; 2];
         }
-        let (sides, least_m2) = (self.sides_near(&own.state), self.margin_m * self.margin_m);
-        let mut motion = *own;
-        if let Some(command) = command {
-            let (end, closest) = flown(&self.period, own, command, &sides, least_m2);
-            if closest.squared_m2 < least_m2 {
-                return [false; 2];
-            }
-            motion = end;
+        let wind_error_m = if own.circling_in.is_some() { self.limits.wind_error_m() } else { 0.0 };
+        let least_m2 = |is_promised: bool| {
+            let margin_m = self.margin_m - if is_promised { wind_error_m } else { 0.0 };
+            margin_m * margin_m
+        };
+        let sides = self.sides_near(&own.state);
+        let is_promised = self
+            .manoeuvres(own)
+            .map(|turn| is_teammate || own.circling_in.is_some() && turn.turn_rate_rad_s == command.turn_rate_rad_s);
+        let first_m2 = least_m2(is_promised != [false; 2]);
+        let (end, closest) = flown(&self.period, own, |motion| own.held(command, motion), &sides, first_m2);
+        if closest.squared_m2 < first_m2 {
+            return [false; 2];
         }
-        self.manoeuvres(&motion).map(|turn| self.for_good(&motion, turn, &sides, least_m2).squared_m2 >= least_m2)
+        let turns = self.manoeuvres(&end);
+        [0, 1].map(|side| {
+            let least_m2 = least_m2(is_promised[side]);
+            self.for_good(&end, turns[side], &sides, least_m2).squared_m2 >= least_m2
+        })
     }
 
     /// Returns true if the position is allowed and a fallback manoeuvre stays clear of every outline forever.
@@ -194,7 +203,7 @@ impl GeofenceSafety {
             return None;
         }
         let least_m2 = self.margin_m * self.margin_m;
-        let (end, closest) = flown(&self.period, own, command, sides, least_m2);
+        let (end, closest) = flown(&self.period, own, |motion| own.held(command, motion), sides, least_m2);
         if closest.squared_m2 < least_m2 { Some(closest.zone) } else { self.unsafe_for(&end, sides) }
     }
 
@@ -207,15 +216,15 @@ impl GeofenceSafety {
         (is_near && self.for_good(own, right, sides, least_m2).squared_m2 < least_m2).then_some(closest.zone)
     }
 
-    /// The two fallback manoeuvres: hardest turn to the left and to the right at the speed of escape manoeuvres. In wind,
-    /// those of banking UAVs are circles over ground that they can fly at constant airspeed.
+    /// The two fallback manoeuvres, to the left and to the right.
     fn manoeuvres(&self, own: &Motion) -> [Command; 2] {
-        let speed_m_s = self.limits.uav.escape_speed_m_s(own.state.speed_m_s);
-        let turn_rate_rad_s = match self.limits.wind_m_s > 0.0 && self.limits.uav.bank.is_some() {
-            true => speed_m_s / self.limits.circle_at_airspeed_m(own.airspeed_m_s),
-            false => self.limits.uav.turn_rate_max_rad_s,
-        };
-        [1.0, -1.0].map(|sense| Command { speed_m_s, turn_rate_rad_s: sense * turn_rate_rad_s })
+        [1.0, -1.0].map(|sense| own.escape_command(&self.limits, sense))
+    }
+
+    /// The fallback manoeuvre, to the left or to the right, of a UAV without a safe turn.
+    pub(crate) fn last_turn(&self, own: &Motion) -> [bool; 2] {
+        let is_left = self.manoeuvre(own, &self.sides_near(&own.state)).turn_rate_rad_s > 0.0;
+        [is_left, !is_left]
     }
 
     /// The fallback manoeuvre that stays furthest from all outlines. If both cross an outline, the one that crosses
@@ -229,13 +238,22 @@ impl GeofenceSafety {
 
     /// Closest approach of a manoeuvre that is flown forever. The search stops at a point nearer than `least_m2`.
     fn for_good(&self, own: &Motion, command: Command, sides: &[Side], least_m2: f64) -> Closest {
-        let (Motion { state: end, .. }, mut closest) = flown(&self.settling, own, command, sides, least_m2);
+        let sense = if command.turn_rate_rad_s < 0.0 { -1.0 } else { 1.0 };
+        // The ground speed changes on a circle in wind.
+        let held = |motion: &Motion| match motion.circling_in {
+            Some(_) => motion.escape_command(&self.limits, sense),
+            None => command,
+        };
+        let (end, mut closest) = flown(&self.settling, own, held, sides, least_m2);
         if closest.squared_m2 < least_m2 {
             return closest;
         }
-        let sense = if command.turn_rate_rad_s < 0.0 { -1.0 } else { 1.0 };
-        let (radius_m, lean_rad) =
-            circle(&self.limits.uav, end.speed_m_s, end.turn_rate_rad_s.abs(), self.period.piece_s);
+        let circle_m = end.circle_over_ground_m(&self.limits);
+        let end = end.state;
+        let (radius_m, lean_rad) = circle_m.map_or_else(
+            || circle(&self.limits.uav, end.speed_m_s, end.turn_rate_rad_s.abs(), self.period.piece_s),
+            |circle_m| (circle_m, 0.0),
+        );
         let to_centre = end.heading + Angle::from_rad(sense * (0.5 * PI - lean_rad));
         let centre = end.position + Displacement::from_polar(radius_m, to_centre);
         for side in sides {
@@ -334,10 +352,16 @@ fn margin_m(speed_m_s: f64, turn_rate_rad_s: f64, paths: &[&Pieces]) -> f64 {
 }
 
 /// State after holding a command, and its closest approach to the sides. Stops at a point nearer than `least_m2`.
-fn flown(pieces: &Pieces, from: &Motion, command: Command, sides: &[Side], least_m2: f64) -> (Motion, Closest) {
+fn flown(
+    pieces: &Pieces,
+    from: &Motion,
+    command: impl Fn(&Motion) -> Command,
+    sides: &[Side],
+    least_m2: f64,
+) -> (Motion, Closest) {
     let (mut motion, mut closest) = (*from, Closest::NOWHERE);
     for piece in 0..pieces.count {
-        let next = pieces.response.advance(&motion, command);
+        let next = pieces.response.advance(&motion, command(&motion));
         for side in sides {
             let squared_m2 = squared_between_m2((motion.state.position, next.state.position), (side.from, side.to));
             closest.note(squared_m2, side.zone, piece);

@@ -69,7 +69,7 @@ fn golden() -> Vec<(Message, Vec<u8>)> {
         assigned_group: Some(GroupId(u64::MAX)),
         is_leaving: true,
         manoeuvre: Some(Manoeuvre {
-            avoids: Aircraft::Intruder(258),
+            avoids: Some(Aircraft::Intruder(258)),
             command: Command { speed_m_s: 40.5, turn_rate_rad_s: -0.25 },
             is_left: true,
         }),
@@ -111,49 +111,49 @@ fn golden() -> Vec<(Message, Vec<u8>)> {
     [
         (
             Message::Report(plain),
-            "73 03 00  0700 00000000 00000000 fbffffffffffffff  9a9999999999b93f 00000000006a08c1
-             00000000000008c0 0000000000c04440 000000000000c0bf  000000000000f87f 0000000000000000 00 0000  042bdab8",
+            "73 04 00  0700 00000000 00000000 fbffffffffffffff  9a9999999999b93f 00000000006a08c1
+             00000000000008c0 0000000000c04440 000000000000c0bf  000000000000f87f 0000000000000000 00 0000  f2694590",
         ),
         (
             Message::Report(full),
-            "73 03 00  ffff 03000000 ffffffff 40420f0000000000  000000000000f03f 0000000000000040
+            "73 04 00  ffff 03000000 ffffffff 40420f0000000000  000000000000f03f 0000000000000040
              000000000000e03f 0000000000004440 000000000000d03f  000000000000f8bf ffffffffffffffff 9f
              0000000000c07240 00000000000004c0  03 02010000 00002242 000080be
              0200  09000000 0000000000028040 000000000000f83f  ffffffff 0000000000005940 000000000000e8bf
              0100000000000000 0200000000000000 0300000000000000 0000000000000080  0900000000000000 feffffffffffffff
              0200  00 0400 0800000000000000 0000  01 ffff ffffffffffffffff ffff
-             feff 0300 0000000000000080 01 0900000000000000 0500000000000000  aebbfc62",
+             feff 0300 0000000000000080 01 0900000000000000 0500000000000000  2bce4520",
         ),
         (
             Message::Cue(cue),
-            "73 03 01  0900 ffff 02000000 0000000000000080 ffffffffffffff7f  000000000000f03f 0000000000000040
-             0000000000000840 0000000000001040  0000000000001440 0000000000001840  0d01b773",
+            "73 04 01  0900 ffff 02000000 0000000000000080 ffffffffffffff7f  000000000000f03f 0000000000000040
+             0000000000000840 0000000000001040  0000000000001440 0000000000001840  4fadcbaa",
         ),
         (
             Message::Snapshot(part),
-            "73 03 02  0100 0400000000000000  0900000000000000 0500000000000000  0500 0600  0300 07 08 ff  ca1d1727",
+            "73 04 02  0100 0400000000000000  0900000000000000 0500000000000000  0500 0600  0300 07 08 ff  15742513",
         ),
         (
             Message::Traffic(traffic),
-            "73 03 03  ffffffff f9ffffffffffffff  9a9999999999b93f 00000000006a08c1
-             00000000000008c0 0000000000c04440 000000000000c0bf  00  fd3078a7",
+            "73 04 03  ffffffff f9ffffffffffffff  9a9999999999b93f 00000000006a08c1
+             00000000000008c0 0000000000c04440 000000000000c0bf  00  8d297249",
         ),
         (
             Message::Traffic(high_traffic),
-            "73 03 03  ffffffff f9ffffffffffffff  9a9999999999b93f 00000000006a08c1
-             00000000000008c0 0000000000c04440 000000000000c0bf  01 0000000000c07240 00000000000004c0  dc85b5e8",
+            "73 04 03  ffffffff f9ffffffffffffff  9a9999999999b93f 00000000006a08c1
+             00000000000008c0 0000000000c04440 000000000000c0bf  01 0000000000c07240 00000000000004c0  87978b83",
         ),
         (
             Message::Report(mixed),
-            "73 03 00  0700 00000000 00000000 fbffffffffffffff  9a9999999999b93f 00000000006a08c1
+            "73 04 00  0700 00000000 00000000 fbffffffffffffff  9a9999999999b93f 00000000006a08c1
              00000000000008c0 0000000000c04440 000000000000c0bf  000000000000f87f 0000000000000000 60
              0200  09000000 0000000000028040 000000000000f83f  0a000000 0000000000005940 000000000000e8bf  0000c07f 000020c0
-             0200  00804843 0000803e 00004040  00009643 000080bf 0000c07f  47659d88",
+             0200  00804843 0000803e 00004040  00009643 000080bf 0000c07f  a810be08",
         ),
         (
             Message::Cue(unlabelled_cue),
-            "73 03 04  0900 ffff 0000000000000080 ffffffffffffff7f  000000000000f03f 0000000000000040
-             0000000000000840 0000000000001040  0000000000001440 0000000000001840  3c8c6a07",
+            "73 04 04  0900 ffff 0000000000000080 ffffffffffffff7f  000000000000f03f 0000000000000040
+             0000000000000840 0000000000001040  0000000000001440 0000000000001840  6c232952",
         ),
     ]
     .map(|(message, hexadecimal)| (message, bytes(hexadecimal)))
@@ -201,10 +201,10 @@ fn every_error_has_a_name() {
         (
             changed(plain, &[(1, 1)]),
             DecodeError::Version(1),
-            "version 1: must be 3; install the same version on all aircraft",
+            "version 1: must be 4; install the same version on all aircraft",
         ),
         (changed(plain, &[(2, 5)]), DecodeError::Kind(5), "kind of message 5: must be at most 4"),
-        (changed(full, &[(94, 4)]), DecodeError::Flags(4), "flags 4: undefined"),
+        (changed(full, &[(94, 8)]), DecodeError::Flags(8), "flags 8: undefined"),
         (changed(traffic, &[(55, 2)]), DecodeError::Flags(2), "flags 2: undefined"),
         (changed(plain, &[(77, 8)]), DecodeError::Request, "snapshot request without a log status"),
         // Two detections are announced, but the bytes end.
@@ -313,9 +313,12 @@ fn any_message() -> impl Strategy<Value = Message> {
         let measurement = RangeBearingMeasurement { range_m, bearing };
         Detection { label: label.map(TargetLabel), measurement, range_rate_m_s }.rounded()
     });
-    let manoeuvre = (any::<bool>(), any::<u32>(), 0.0..90.0, -0.5..0.5, any::<bool>());
-    let manoeuvre = manoeuvre.prop_map(|(is_uav, number, speed_m_s, turn_rate_rad_s, is_left)| {
-        let avoids = if is_uav { Aircraft::Uav(UavId(number)) } else { Aircraft::Intruder(number) };
+    let aircraft = (any::<bool>(), any::<u32>()).prop_map(|(is_uav, number)| match is_uav {
+        true => Aircraft::Uav(UavId(number)),
+        false => Aircraft::Intruder(number),
+    });
+    let manoeuvre = (proptest::option::of(aircraft), 0.0..90.0, -0.5..0.5, any::<bool>());
+    let manoeuvre = manoeuvre.prop_map(|(avoids, speed_m_s, turn_rate_rad_s, is_left)| {
         Manoeuvre { avoids, command: Command { speed_m_s, turn_rate_rad_s }, is_left }.rounded()
     });
     let header = (any_uav(), any::<u32>(), any::<u32>(), any_time(), any::<bool>(), proptest::option::of(any::<u64>()));

@@ -54,8 +54,8 @@ impl DesiredCommands for Courses<'_> {
         None
     }
 
-    fn desired(&self, teammate: UavId, state: &UavState) -> Intent {
-        Intent::held(self.command(teammate.0 as usize, state))
+    fn desired(&self, teammate: UavId, motion: &Motion) -> Intent {
+        Intent::held(self.command(teammate.0 as usize, &motion.state))
     }
 }
 
@@ -135,7 +135,7 @@ fn fly_with(uav: UavParams, mut fliers: Vec<Flier>, seconds: f64, latency: usize
                 altitude_m = altitude_m.map(|desired_m| avoidance.altitude_m(desired_m, teammates.clone()));
                 let (safe, avoided) = avoidance.avoid(Intent::held(desired), altitude_m, teammates, &courses);
                 manoeuvres[index] = avoided.map(|avoided| Manoeuvre {
-                    avoids: avoided.aircraft,
+                    avoids: Some(avoided.aircraft),
                     command: safe,
                     is_left: avoided.is_left,
                 });
@@ -413,7 +413,7 @@ fn avoidance_keeps_to_the_geofence() {
         let courses = Courses(&fliers, uav);
         let (desired, _) = safety.make_safe(&steady(&own), courses.command(3, &own));
         let (command, _) = avoidance.avoid(Intent::held(desired), None, others, &courses);
-        assert_ne!(safety.safe_turns(&steady(&own), Some(command)), [false; 2], "case {case}: {command:?}");
+        assert_ne!(safety.safe_turns(&steady(&own), command, false), [false; 2], "case {case}: {command:?}");
         safe += 1;
         changed += usize::from(command != desired);
     }
@@ -494,7 +494,7 @@ fn a_manoeuvre_against_a_teammate_with_an_old_report_ends_later() {
     let own = UavState::level_flight(Position::ORIGIN, Angle::from_deg(0.0), 40.0);
     let additional_m = |avoids, aircraft, age_s| {
         let command = Command { speed_m_s: 40.0, turn_rate_rad_s: 0.1 };
-        let manoeuvre = Some(Manoeuvre { avoids, command, is_left: true });
+        let manoeuvre = Some(Manoeuvre { avoids: Some(avoids), command, is_left: true });
         let (escapes, own, geofence, id) = (&escapes, &steady(&own), None, UavId(0));
         let avoidance = CollisionAvoidance { separation: &separation, escapes, geofence, id, own, manoeuvre };
         let required = avoidance.required(AHEAD_S, BUFFER_M, age_s);
