@@ -618,7 +618,7 @@ impl CollisionAvoidance<'_> {
         (command, side, avoidance)
     }
 
-    /// Escape manoeuvre, to the left or to the right, of a UAV for which the geofence allows none.
+    /// Escape manoeuvre, to the left or to the right, of a UAV without one that the geofence allows.
     fn last_turn(&self, motion: &Motion) -> [bool; 2] {
         self.geofence.map_or([true; 2], |geofence| geofence.last_turn(motion))
     }
