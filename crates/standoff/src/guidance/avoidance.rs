@@ -224,9 +224,12 @@ impl CollisionAvoidance<'_> {
     /// True if the escape manoeuvres of this UAV and another one may meet.
     fn can_meet(&self, other: &UavState, age_s: f64) -> bool {
         let speeds_m_s = self.own.state.speed_m_s.abs() + other.speed_m_s.abs();
-        // A geofence may leave only one turn to both, so that their circles meet although they fly apart.
-        let circles_m = match self.geofence {
-            Some(_) => [&self.own.state, other].map(|state| self.own.with_state(*state).circle_m(&self.escapes.limits)),
+        let limits = &self.escapes.limits;
+        // A geofence may leave only one turn to both, so that their circles meet although they fly apart. Over ground in
+        // wind, UAVs that do not bank are not predicted well enough to gain from it.
+        let is_exact = limits.wind_m_s == 0.0 || self.own.circling_in.is_some();
+        let circles_m = match self.geofence.filter(|_| is_exact) {
+            Some(_) => [&self.own.state, other].map(|state| self.own.with_state(*state).circle_m(limits)),
             None => [0.0; 2],
         };
         let reach_m = self.separation.horizontal_min_m

@@ -1,9 +1,9 @@
 //! Escape manoeuvres: turns that UAVs can fly together forever without coming near each other.
 //!
 //! A UAV has two escape manoeuvres: the hardest turn to the left and to the right at the lowest speed, or for banking
-//! aircraft at the current one, which end in circles. Some UAVs are *separable* if each has one of the two such that all
-//! pairs keep the required distance forever. If each UAV in turn only flies commands after which they remain separable,
-//! they keep that distance (T. Schouwenaars, J. How and E. Feron, *Decentralized Cooperative Trajectory Planning of
+//! aircraft at the current one, which end in circles. Over ground in wind, banking aircraft keep their airspeed instead.
+//! Some UAVs are *separable* if each has one of the two such that all pairs keep the required distance forever. If each
+//! UAV in turn only flies commands after which they remain separable, they keep that distance (T. Schouwenaars, J. How and E. Feron, *Decentralized Cooperative Trajectory Planning of
 //! Multiple Aircraft with Hard Safety Guarantees*, AIAA Guidance, Navigation, and Control Conference 2004).
 
 use nalgebra::Vector2;

@@ -158,29 +158,28 @@ impl GeofenceSafety {
     /// Fallback manoeuvres, to the left and to the right, that stay clear of every outline forever after a command was
     /// held for one period. Neither, if the command is not allowed.
     ///
-    /// The motion of a teammate, and a circle in wind, are not known exactly: a fallback manoeuvre that a UAV already flies,
-    /// and those of a teammate, need no margin for the wind. Otherwise small errors would forbid what was promised.
+    /// Circles at constant airspeed are flown with small errors. That of a teammate, and the one that a UAV already flies,
+    /// need no margin for the wind: otherwise these errors would forbid a manoeuvre that teammates count on.
     pub(crate) fn safe_turns(&self, own: &Motion, command: Command, is_teammate: bool) -> [bool; 2] {
         if !self.geofence().contains(own.state.position) {
             return [false; 2];
         }
-        let wind_error_m = if own.circling_in.is_some() { self.limits.wind_error_m() } else { 0.0 };
-        let least_m2 = |is_promised: bool| {
-            let margin_m = self.margin_m - if is_promised { wind_error_m } else { 0.0 };
+        let least_m2 = |is_expected: bool| {
+            let margin_m = self.margin_m - if is_expected { self.limits.wind_error_m() } else { 0.0 };
             margin_m * margin_m
         };
         let sides = self.sides_near(&own.state);
-        let is_promised = self
+        let is_expected = self
             .manoeuvres(own)
-            .map(|turn| is_teammate || own.circling_in.is_some() && turn.turn_rate_rad_s == command.turn_rate_rad_s);
-        let first_m2 = least_m2(is_promised != [false; 2]);
+            .map(|turn| own.circling_in.is_some() && (is_teammate || turn.turn_rate_rad_s == command.turn_rate_rad_s));
+        let first_m2 = least_m2(is_expected != [false; 2]);
         let (end, closest) = flown(&self.period, own, |motion| own.held(command, motion), &sides, first_m2);
         if closest.squared_m2 < first_m2 {
             return [false; 2];
         }
         let turns = self.manoeuvres(&end);
         [0, 1].map(|side| {
-            let least_m2 = least_m2(is_promised[side]);
+            let least_m2 = least_m2(is_expected[side]);
             self.for_good(&end, turns[side], &sides, least_m2).squared_m2 >= least_m2
         })
     }
