@@ -61,6 +61,32 @@ fn the_first_messages_are_used_if_they_are_within_the_horizon() {
     assert_eq!((agent.team_state().tracks().len(), late), (3, 0));
 }
 
+/// Teammates of a banking UAV need its command: its bank angle is still on its way to that of the commanded turn. Without
+/// a minimum separation, nobody needs it.
+#[test]
+fn banking_uavs_report_their_command() {
+    let own = UavState::level_flight(Position::from_m(0.0, 0.0), Angle::from_deg(0.0), 40.0);
+    let reported = |bank: Option<BankParams>, keeps_separation: bool| {
+        let mut params = TeamParams::recommended();
+        params.uav.bank = bank;
+        params.separation = params.separation.filter(|_| keeps_separation);
+        let mut agent = Agent::new(UavId(0), params).unwrap();
+        let mut reports = Vec::new();
+        for tick in 0..2 {
+            let observation = agent.observe(Time::from_us(500_000 * tick), &own, Some(Scan::default()));
+            if let Some(Message::Report(report)) = agent.outbox(&observation).first() {
+                reports.push(report.manoeuvre);
+            }
+            agent.decide(&observation);
+        }
+        assert_eq!((reports.len(), reports[0]), (2, None));
+        reports[1]
+    };
+    let manoeuvre = reported(Some(BankParams::default()), true).unwrap();
+    assert_eq!((manoeuvre.avoids, manoeuvre.command.speed_m_s), (None, 40.0));
+    assert_eq!([reported(None, true), reported(Some(BankParams::default()), false)], [None, None]);
+}
+
 /// An agent sends the report of its scan. Without a scan it sends nothing and does not count as a teammate, but
 /// receives.
 #[test]
