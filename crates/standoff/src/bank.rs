@@ -161,8 +161,8 @@ impl UavParams {
 
 impl AutopilotModel {
     /// Returns the motion after holding `command` for the time step: for a UAV that banks within its limits, otherwise by
-    /// Eq. (1) or (4). A UAV with [`Motion::circling_in`] flies the commanded course rate, and at constant airspeed if the
-    /// command [keeps its speed](Motion::keeps_speed).
+    /// Eq. (1) or (4). A UAV that circles over ground in wind flies the commanded course rate, and at constant airspeed if
+    /// the command is to keep its speed.
     #[inline]
     #[cfg_attr(feature = "research", visibility::make(pub))]
     pub(crate) fn advance(&self, from: &Motion, command: Command) -> Motion {
