@@ -318,8 +318,7 @@ impl Companion {
         parameters.limits().err().or(of_course.flatten())
     }
 
-    /// The assumed wind, if it is so much stronger than the one that the orbits have room for that the geofence allows
-    /// for more.
+    /// The assumed wind, if the geofence allows for it because it is stronger than the one that the orbits have room for.
     pub fn wind_error(&self) -> Option<String> {
         let params = &self.config.params;
         let (velocity, orbit_wind_m_s) = (self.output.diagnostics.wind?, params.wind?.orbit_wind_m_s);

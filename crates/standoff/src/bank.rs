@@ -249,6 +249,15 @@ impl Motion {
         Command { speed_m_s, turn_rate_rad_s: sense * turn_rate_rad_s }
     }
 
+    /// The command of an escape manoeuvre that has begun with `first`: with [`Self::circling_in`], the ground speed changes
+    /// on the circle.
+    pub(crate) fn continued(&self, first: Command, limits: &PredictionLimits) -> Command {
+        match self.circling_in {
+            Some(_) => self.escape_command(limits, first.turn_rate_rad_s.signum()),
+            None => first,
+        }
+    }
+
     /// The motion with the same bank angle and another state.
     pub(crate) fn with_state(self, state: UavState) -> Self {
         Self { state, ..self }

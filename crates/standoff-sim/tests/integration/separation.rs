@@ -291,6 +291,11 @@ fn fly(toml: &str, zone: Option<&(bool, Vec<Point>)>, set: &[&str], seed: u64) -
     }
 }
 
+fn fly_drawn(family: &Family, set: &[&str], seed: u64) -> Flown {
+    let Drawn { toml, zone } = drawn(family, seed);
+    fly(&toml, zone.as_ref(), set, seed)
+}
+
 /// Value of an environment variable; `default` without it.
 fn variable<T: std::str::FromStr>(name: &str, default: T) -> T {
     std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(default)
@@ -305,8 +310,7 @@ fn fly_all(family: &Family, runs: u64) -> Vec<(u64, Flown)> {
     let fly_next = || {
         for run in std::iter::repeat_with(|| next.fetch_add(1, Ordering::Relaxed)).take_while(|run| *run < runs) {
             let seed = first + run;
-            let Drawn { toml, zone } = drawn(family, seed);
-            let flown = fly(&toml, zone.as_ref(), &set, seed);
+            let flown = fly_drawn(family, &set, seed);
             // The simulator draws the start of an intruder.
             if flown.starts_m >= 300.0 {
                 all.lock().unwrap().push((seed, flown));
@@ -339,6 +343,8 @@ const FEW: Family = Family {
     extra: NONE,
 };
 
+const BANKING_ZONE_WIND: Family = Family { has_zone: true, duration_s: 150.0, extra: BANKING_IN_WIND, ..FEW };
+
 /// Families of scenarios: name, ranges, and maximum number of runs per 1,000 below 50 m.
 const FAMILIES: &[(&str, Family, f64)] = &[
     ("few", FEW, 0.0),
@@ -349,7 +355,7 @@ const FAMILIES: &[(&str, Family, f64)] = &[
     ("banking", Family { extra: BANKING, ..FEW }, 0.5),
     ("banking-zone", Family { has_zone: true, duration_s: 150.0, extra: BANKING, ..FEW }, 1.0),
     ("banking-wind", Family { extra: BANKING_IN_WIND, ..FEW }, 0.5),
-    ("banking-zone-wind", Family { has_zone: true, duration_s: 150.0, extra: BANKING_IN_WIND, ..FEW }, 1.0),
+    ("banking-zone-wind", BANKING_ZONE_WIND, 1.0),
     ("slow-period", Family { uavs: (4, 4), period_max_s: 2.0, ..FEW }, 1.0),
     ("slow", Family { uavs: (4, 4), period_max_s: 2.0, lag_max_s: 2.0, ..FEW }, 1.0),
     ("pursuer", Family { uavs: (4, 4), extra: PURSUER, ..FEW }, 1.0),
@@ -415,8 +421,8 @@ fn uavs_keep_the_minimum_distance_in_many_drawn_scenarios() {
 #[test]
 fn uavs_avoid_each_other_relative_to_the_air() {
     for seed in [79, 113, 164] {
-        let Drawn { toml, zone } = drawn(&Family { duration_s: 40.0, ..FEW }, seed);
-        let flown = fly(&toml, zone.as_ref(), &["wind.speed_m_s=10", "wind.from_deg=250"], seed);
+        let wind = ["wind.speed_m_s=10", "wind.from_deg=250"];
+        let flown = fly_drawn(&Family { duration_s: 40.0, ..FEW }, &wind, seed);
         assert!(flown.teammates_m >= 50.0, "seed {seed}: {flown:?}");
     }
 }
@@ -426,9 +432,7 @@ fn uavs_avoid_each_other_relative_to_the_air() {
 #[test]
 fn banking_uavs_stay_inside_zones_in_wind() {
     for seed in [98_800_013, 98_800_066] {
-        let family = Family { has_zone: true, duration_s: 150.0, extra: BANKING_IN_WIND, ..FEW };
-        let Drawn { toml, zone } = drawn(&family, seed);
-        let flown = fly(&toml, zone.as_ref(), &[], seed);
+        let flown = fly_drawn(&BANKING_ZONE_WIND, &[], seed);
         assert_eq!(flown.crossed_m, 0.0, "seed {seed}: {flown:?}");
     }
 }
@@ -438,9 +442,7 @@ fn banking_uavs_stay_inside_zones_in_wind() {
 #[test]
 fn banking_uavs_between_zones_keep_their_distance_in_wind() {
     for seed in [98_820_248, 98_820_444] {
-        let family = Family { has_zone: true, duration_s: 90.0, extra: BANKING_IN_WIND, ..FEW };
-        let Drawn { toml, zone } = drawn(&family, seed);
-        let flown = fly(&toml, zone.as_ref(), &[], seed);
+        let flown = fly_drawn(&Family { duration_s: 90.0, ..BANKING_ZONE_WIND }, &[], seed);
         assert!(flown.teammates_m >= 50.0, "seed {seed}: {flown:?}");
     }
 }

@@ -3,8 +3,9 @@
 //! A UAV has two escape manoeuvres: the hardest turn to the left and to the right at the lowest speed, or for banking
 //! aircraft at the current one, which end in circles. Over ground in wind, banking aircraft keep their airspeed instead.
 //! Some UAVs are *separable* if each has one of the two such that all pairs keep the required distance forever. If each
-//! UAV in turn only flies commands after which they remain separable, they keep that distance (T. Schouwenaars, J. How and E. Feron, *Decentralized Cooperative Trajectory Planning of
-//! Multiple Aircraft with Hard Safety Guarantees*, AIAA Guidance, Navigation, and Control Conference 2004).
+//! UAV in turn only flies commands after which they remain separable, they keep that distance (T. Schouwenaars, J. How
+//! and E. Feron, *Decentralized Cooperative Trajectory Planning of Multiple Aircraft with Hard Safety Guarantees*, AIAA
+//! Guidance, Navigation, and Control Conference 2004).
 
 use nalgebra::Vector2;
 
@@ -120,14 +121,10 @@ impl EscapeModel {
             motion = self.responses[0].advance(&motion, from.held(command, &motion));
             *point = motion.state.position;
         }
-        let mut manoeuvre = self.command(&motion, side);
+        let manoeuvre = self.command(&motion, side);
         for point in then {
-            motion = self.responses[1].advance(&motion, manoeuvre);
+            motion = self.responses[1].advance(&motion, motion.continued(manoeuvre, &self.limits));
             *point = motion.state.position;
-            // The ground speed changes on a circle in wind.
-            if motion.circling_in.is_some() {
-                manoeuvre = self.command(&motion, side);
-            }
         }
         let state = motion.state;
         let (radius_m, turn_rate_rad_s) = match motion.circle_over_ground_m(&self.limits) {

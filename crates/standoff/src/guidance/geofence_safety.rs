@@ -238,12 +238,8 @@ impl GeofenceSafety {
     /// Closest approach of a manoeuvre that is flown forever. The search stops at a point nearer than `least_m2`.
     fn for_good(&self, own: &Motion, command: Command, sides: &[Side], least_m2: f64) -> Closest {
         let sense = if command.turn_rate_rad_s < 0.0 { -1.0 } else { 1.0 };
-        // The ground speed changes on a circle in wind.
-        let held = |motion: &Motion| match motion.circling_in {
-            Some(_) => motion.escape_command(&self.limits, sense),
-            None => command,
-        };
-        let (end, mut closest) = flown(&self.settling, own, held, sides, least_m2);
+        let continued = |motion: &Motion| motion.continued(command, &self.limits);
+        let (end, mut closest) = flown(&self.settling, own, continued, sides, least_m2);
         if closest.squared_m2 < least_m2 {
             return closest;
         }

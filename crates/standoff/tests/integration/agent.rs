@@ -61,8 +61,8 @@ fn the_first_messages_are_used_if_they_are_within_the_horizon() {
     assert_eq!((agent.team_state().tracks().len(), late), (3, 0));
 }
 
-/// Teammates of a banking UAV need its command: its bank angle is still on its way to that of the commanded turn. Without
-/// a minimum separation, nobody needs it.
+/// Teammates of a banking UAV need its command to avoid it: its bank angle is still on its way to that of the commanded
+/// turn. Without a minimum separation, it is not sent.
 #[test]
 fn banking_uavs_report_their_command() {
     let own = UavState::level_flight(Position::from_m(0.0, 0.0), Angle::from_deg(0.0), 40.0);
