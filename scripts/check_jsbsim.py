@@ -83,6 +83,11 @@ radius_min_m = 150
 [[targets.start]]
 vx_m_s = 6
 """
+# The agent predicts bank and power. The bank angle is at most ROLL_LIMIT_DEG less 5, as docs/fly.md recommends.
+BANKING = SMALL.replace("[filter]", """dynamics = "bank"
+[uavs.bank]
+bank_max_deg = 50
+[filter]""")
 CESSNA = """
 [uavs]
 speed_m_s = 50
@@ -107,6 +112,7 @@ SLOW, FAST, TWO = (((0, 0), (0, 6)),), (((0, 0), (0, 10)),), (((15, 0), (0, 6)),
 FLIGHTS = [
     Flight("small", "small-uav", 1, 150, 150, EAST_M_S, SLOW, NONE, 12, SMALL.format(count=1)),
     Flight("small, noise", "small-uav", 1, 150, 150, EAST_M_S, SLOW, NOISE, 12, SMALL.format(count=1)),
+    Flight("small, banking", "small-uav", 1, 150, 150, EAST_M_S, SLOW, NONE, 12, BANKING.format(count=1)),
     Flight("c172x", "c172x", 1, 250, 600, EAST_M_S, FAST, NONE, 5, CESSNA),
     Flight("SUMO", "small-uav", 2, 150, 150, EAST_M_S, None, NONE, 12, SMALL.format(count=2)),
     Flight("pair, noise", "small-uav", 2, 150, 150, EAST_M_S, TWO, NOISE, 12, SMALL.format(count=2)),
