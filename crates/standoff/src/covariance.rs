@@ -17,7 +17,7 @@ pub struct Covariance {
 }
 
 /// Index in [`Covariance::same_axis`] of each row and column of one axis.
-pub(crate) const OWN: [[usize; 3]; 3] = [[0, 1, 2], [1, 3, 4], [2, 4, 5]];
+const OWN: [[usize; 3]; 3] = [[0, 1, 2], [1, 3, 4], [2, 4, 5]];
 
 impl Covariance {
     /// Creates the covariance of independent components with these variances.
@@ -80,6 +80,51 @@ impl Covariance {
         self.cross_axis[0][0] = position[(0, 1)];
         self
     }
+
+    /// Returns the variances of the components, the diagonal of P.
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn variances(&self) -> [f64; 6] {
+        let [x, _, _, vx, _, ax] = self.same_axis;
+        [x.x, vx.x, ax.x, x.y, vx.y, ax.y]
+    }
+
+    /// Returns C: the covariances of each east and north component with x, and with y.
+    #[inline]
+    pub(crate) fn with_position_components(&self) -> [[Vector2<f64>; 3]; 2] {
+        [
+            [0, 1, 2].map(|i| Vector2::new(self.same_axis[i].x, self.cross_axis[0][i])),
+            [0, 1, 2].map(|i| Vector2::new(self.cross_axis[i][0], self.same_axis[i].y)),
+        ]
+    }
+
+    /// Adds information about the position, 1/m2, to the inverse Y of this covariance. Returns `(1 + I A)^-1`, where I is
+    /// the information and A the position block of P before.
+    ///
+    /// Implements Eq. (11). The matrix added to Y has rank two, so by the matrix inversion lemma P decreases by
+    /// `C W C'`, where C are the position columns of P and `W = (1 + I A)^-1 I`.
+    #[inline]
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn add_position_information(&mut self, information: &Matrix2<f64>) -> Matrix2<f64> {
+        let undamped = Matrix2::identity() + information * self.position();
+        let determinant = undamped[(0, 0)] * undamped[(1, 1)] - undamped[(0, 1)] * undamped[(1, 0)];
+        let damping =
+            Matrix2::new(undamped[(1, 1)], -undamped[(0, 1)], -undamped[(1, 0)], undamped[(0, 0)]) / determinant;
+        let weight = damping * information;
+        let (w_xx, w_xy, w_yy) = (weight[(0, 0)], weight[(0, 1)], weight[(1, 1)]);
+        let [with_x, with_y] = self.with_position_components();
+        let lost_x = [0, 1, 2].map(|i| with_x[i] * w_xx + with_y[i] * w_xy);
+        let lost_y = [0, 1, 2].map(|i| with_x[i] * w_xy + with_y[i] * w_yy);
+        for row in 0..3 {
+            for column in row..3 {
+                self.same_axis[OWN[row][column]] -=
+                    lost_x[row].component_mul(&with_x[column]) + lost_y[row].component_mul(&with_y[column]);
+            }
+            for column in 0..3 {
+                self.cross_axis[row][column] -= lost_x[row].x * with_x[column].y + lost_y[row].x * with_y[column].y;
+            }
+        }
+        damping
+    }
 }
 
 /// Only the upper triangle is used.
@@ -130,6 +175,7 @@ mod tests {
         assert_eq!((matrix[(0, 5)], matrix[(1, 1)], matrix[(2, 4)], matrix[(5, 3)]), (5.0, 6.0, 13.0, 17.0));
         assert_eq!(Covariance::from(&matrix), covariance);
         assert_eq!(covariance.position(), Matrix2::new(0.0, 3.0, 3.0, 15.0));
+        assert_eq!(covariance.variances(), [0.0, 6.0, 11.0, 15.0, 18.0, 20.0]);
         let diagonal = Covariance::from_diagonal([1.0, 2.0, 3.0, 4.0, 5.0, 6.0]).matrix();
         assert_eq!(diagonal, Matrix6::from_diagonal(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0].into()));
     }

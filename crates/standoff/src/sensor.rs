@@ -42,7 +42,22 @@ impl SensorParams {
     /// Returns true if the target is within half the field of view of the boresight and within sensing range.
     #[cfg_attr(feature = "research", visibility::make(pub))]
     pub(crate) fn in_view(&self, uav: Position, boresight: Angle, target: Position) -> bool {
-        self.measure(uav, boresight, target).is_some()
+        let [is_in_view] = self.in_view_batch([(uav, boresight, target)]);
+        is_in_view
+    }
+
+    /// Like [`in_view`](Self::in_view) for several targets, each with its UAV and boresight. Same results, but faster.
+    #[inline]
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn in_view_batch<const N: usize>(&self, looks: [(Position, Angle, Position); N]) -> [bool; N] {
+        let measured = measure_batch(looks.map(|(uav, _, target)| target - uav));
+        core::array::from_fn(|i| self.is_within(&measured[i], looks[i].1))
+    }
+
+    /// Returns true if the noise-free measurement of a target is within the field of view and the sensing range.
+    #[inline]
+    fn is_within(&self, z: &RangeBearingMeasurement, boresight: Angle) -> bool {
+        z.range_m <= self.sensing_range_m && (z.bearing - boresight).abs_rad() <= self.half_field_of_view_rad()
     }
 
     /// Returns the noise-free measurement of a target within half the field of view of the boresight and within sensing
@@ -62,11 +77,7 @@ impl SensorParams {
         boresight: Angle,
         targets: [Position; N],
     ) -> [Option<RangeBearingMeasurement>; N] {
-        measure_batch(targets.map(|target| target - uav)).map(|z| {
-            let is_in_view =
-                z.range_m <= self.sensing_range_m && (z.bearing - boresight).abs_rad() <= self.half_field_of_view_rad();
-            is_in_view.then_some(z)
-        })
+        measure_batch(targets.map(|target| target - uav)).map(|z| self.is_within(&z, boresight).then_some(z))
     }
 
     /// Like [`in_view`](Self::in_view), but requires a clearance of `clearance_m` in every direction.

@@ -12,7 +12,7 @@
 
 use nalgebra::{Matrix2, Matrix6, Vector2, Vector6};
 
-use crate::covariance::{Covariance, OWN};
+use crate::covariance::Covariance;
 use crate::frame::Position;
 use crate::params::{RANGE_MIN_M, SensorParams};
 use crate::sensor::{self, RangeBearingMeasurement};
@@ -199,9 +199,8 @@ impl InformationFilter {
 
     /// Updates the estimate with the sum of all UAVs' contributions.
     ///
-    /// Implements Eq. (10), (11). The matrix added to Y has rank two, so by the matrix inversion lemma P decreases by
-    /// `C W C'`, where C are the position columns of P, A is its position block, I is the contribution's information
-    /// and `W = (1 + I A)^-1 I`. The mean x moves by `C (1 + I A)^-1 (i - I x)`.
+    /// Implements Eq. (10), (11). The mean x moves by `C (1 + I A)^-1 (i - I x)`, where C are the position columns of the
+    /// covariance before, A is its position block, and I and i are the contribution's information and vector.
     pub fn update(&mut self, contribution: &Contribution) {
         // Use one triangle for both, so that rounding in the contribution cannot make it asymmetric.
         let of = |row, column| contribution.information[(row, column)];
@@ -253,28 +252,11 @@ impl InformationFilter {
 
     #[inline]
     fn update_in_one_step(&mut self, information: &Matrix2<f64>, vector: &Vector2<f64>) {
-        let Estimate { state, covariance: p } = &mut self.estimate;
-        let undamped = Matrix2::identity() + information * p.position();
-        let determinant = undamped[(0, 0)] * undamped[(1, 1)] - undamped[(0, 1)] * undamped[(1, 0)];
-        let damping =
-            Matrix2::new(undamped[(1, 1)], -undamped[(0, 1)], -undamped[(1, 0)], undamped[(0, 0)]) / determinant;
+        let Estimate { state, covariance } = &mut self.estimate;
+        let [with_x, with_y] = covariance.with_position_components();
+        let damping = covariance.add_position_information(information);
         let innovation = damping * (vector - information * state.position().vector());
-        let weight = damping * information;
-        let (w_xx, w_xy, w_yy) = (weight[(0, 0)], weight[(0, 1)], weight[(1, 1)]);
-
-        // C: covariance of each east and north component with x, and with y.
-        let with_x = [0, 1, 2].map(|i| Vector2::new(p.same_axis[i].x, p.cross_axis[0][i]));
-        let with_y = [0, 1, 2].map(|i| Vector2::new(p.cross_axis[i][0], p.same_axis[i].y));
-        let lost_x = [0, 1, 2].map(|i| with_x[i] * w_xx + with_y[i] * w_xy);
-        let lost_y = [0, 1, 2].map(|i| with_x[i] * w_xy + with_y[i] * w_yy);
         for row in 0..3 {
-            for column in row..3 {
-                p.same_axis[OWN[row][column]] -=
-                    lost_x[row].component_mul(&with_x[column]) + lost_y[row].component_mul(&with_y[column]);
-            }
-            for column in 0..3 {
-                p.cross_axis[row][column] -= lost_x[row].x * with_x[column].y + lost_y[row].x * with_y[column].y;
-            }
             let moved = with_x[row] * innovation.x + with_y[row] * innovation.y;
             state.0[row] += moved.x;
             state.0[3 + row] += moved.y;
