@@ -5,8 +5,8 @@ use standoff_record::{Frame, TrackStatus};
 
 use crate::by_id::ById;
 use crate::config::ScoreConfig;
-use crate::geometry::pointed_sensors;
-use crate::matching::{Matching, assign, estimate, position};
+use crate::geometry::Coverage;
+use crate::matching::{Assigner, Matching, estimate, position};
 use crate::mean::Mean;
 
 /// Fraction of its time steps in which a track must have a target, otherwise it is false.
@@ -29,6 +29,17 @@ pub(crate) struct AssociationScores {
     tracks: ById<TrackLife>,
     /// Time steps of each target with each of its tracks.
     of_targets: ById<ById<u64>>,
+    in_view: InView,
+}
+
+/// What is in view at a time step; reused buffers.
+#[derive(Debug, Clone, Default)]
+struct InView {
+    /// UAV and target of each detection.
+    detected: Vec<(u32, u32)>,
+    targets: Vec<Position>,
+    tracks: Vec<Position>,
+    assigner: Assigner,
 }
 
 /// Life of a track so far.
@@ -43,25 +54,26 @@ struct TrackLife {
 
 impl AssociationScores {
     /// Adds the next frame.
-    pub(crate) fn frame(&mut self, config: &ScoreConfig, frame: &Frame, matching: &Matching<'_>) {
-        let looking = pointed_sensors(frame, &config.sensor);
-        if !looking.all.is_empty() {
-            let mut detected: Vec<_> = frame.detections.iter().filter_map(|row| Some((row.uav, row.target?))).collect();
+    pub(crate) fn frame(&mut self, config: &ScoreConfig, frame: &Frame, matching: &Matching<'_>, coverage: &Coverage) {
+        if !coverage.is_blind() {
+            let InView { detected, targets, tracks, assigner } = &mut self.in_view;
+            detected.clear();
+            detected.extend(frame.detections.iter().filter_map(|row| Some((row.uav, row.target?))));
             detected.sort_unstable();
-            let mut targets = Vec::with_capacity(frame.truth.len());
+            targets.clear();
             for truth in &frame.truth {
-                let at = position(truth);
                 let before = self.detected.n;
                 // Targets behind buildings count, too.
-                for pointed in looking.covering(&config.sensor, at) {
+                for pointed in coverage.of(truth.target) {
                     let is_detected = detected.binary_search(&(pointed.uav, truth.target)).is_ok();
                     self.detected.add(f64::from(is_detected));
                 }
-                targets.extend((self.detected.n > before).then_some(at));
+                targets.extend((self.detected.n > before).then_some(position(truth)));
             }
-            let is_in_view = |at: &Position| looking.covering(&config.sensor, *at).next().is_some();
-            let tracks: Vec<Position> = frame.tracks.iter().map(estimate).filter(is_in_view).collect();
-            self.add_gospa(Gospa::of(&targets, &tracks, config.gospa_cutoff_m));
+            tracks.clear();
+            tracks.extend(frame.tracks.iter().map(estimate).filter(|at| coverage.includes(&config.sensor, *at)));
+            let gospa = Gospa::of(targets, tracks, config.gospa_cutoff_m, assigner);
+            self.add_gospa(gospa);
         }
         for pair in matching.pairs() {
             let (target, track) = (pair.target.target, pair.track.track);
@@ -114,8 +126,8 @@ struct Gospa {
 }
 
 impl Gospa {
-    fn of(targets: &[Position], tracks: &[Position], cutoff_m: f64) -> Self {
-        let pairs = assign(targets, tracks, cutoff_m);
+    fn of(targets: &[Position], tracks: &[Position], cutoff_m: f64, assigner: &mut Assigner) -> Self {
+        let pairs = assigner.assign(targets, tracks, cutoff_m);
         let squared_m2 = |(target, track): &(usize, usize)| targets[*target].squared_distance_m2(tracks[*track]);
         Self {
             cutoff_m,
@@ -160,13 +172,14 @@ mod tests {
     #[test]
     fn gospa_equals_the_minimum_over_all_assignments() {
         let mut draw = Draws::new(1).at(Stream::Measurement, 0, 0);
+        let mut assigner = Assigner::default();
         for _ in 0..500 {
             let [targets, tracks] = [6.0, 7.0].map(|most| {
                 let n = (draw.uniform() * most) as usize;
                 (0..n).map(|_| Position::from_m(60.0 * draw.uniform(), 30.0 * draw.uniform())).collect::<Vec<_>>()
             });
             let cutoff_m = 5.0 + 40.0 * draw.uniform();
-            let gospa = Gospa::of(&targets, &tracks, cutoff_m);
+            let gospa = Gospa::of(&targets, &tracks, cutoff_m, &mut assigner);
             let expected_m2 = enumerated_m2(&targets, &tracks, &mut vec![false; tracks.len()], cutoff_m);
             assert!((gospa.squared_m2() - expected_m2).abs() < 1e-9 * expected_m2.max(1.0), "{targets:?} {tracks:?}");
             assert_eq!(targets.len() - gospa.missed, tracks.len() - gospa.false_tracks);

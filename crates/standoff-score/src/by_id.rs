@@ -28,7 +28,14 @@ impl<T> ById<T> {
     }
 
     pub(crate) fn get_mut(&mut self, id: u32) -> Option<&mut T> {
-        self.search(id).ok().map(|index| &mut self.entries[index].1)
+        let index = self.search(id).ok()?;
+        Some(self.visit(index))
+    }
+
+    /// Returns the value at an index; the next one is expected after it.
+    fn visit(&mut self, index: usize) -> &mut T {
+        self.next = if index + 1 < self.entries.len() { index + 1 } else { 0 };
+        &mut self.entries[index].1
     }
 
     /// Returns the value of an id; inserts a new one if the id is missing.
@@ -37,8 +44,7 @@ impl<T> ById<T> {
             self.entries.insert(index, (id, new()));
             index
         });
-        self.next = if index + 1 < self.entries.len() { index + 1 } else { 0 };
-        &mut self.entries[index].1
+        self.visit(index)
     }
 
     pub(crate) fn iter(&self) -> impl Iterator<Item = (u32, &T)> {

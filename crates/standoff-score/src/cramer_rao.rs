@@ -9,7 +9,7 @@
 //! evaluated at the true positions, and the sum runs over the detections of the time step. The bound covers the actual
 //! geometry and measurements only: it does not use the information that an undetected target was out of view.
 
-use nalgebra::{Matrix2, Matrix6, Matrix6x2, Vector6};
+use nalgebra::Matrix2;
 use standoff::research::Transition;
 use standoff::{Covariance, Duration, Position, SensorParams};
 use standoff_record::Frame;
@@ -17,12 +17,8 @@ use standoff_record::Frame;
 use crate::by_id::ById;
 use crate::config::ScoreConfig;
 use crate::geometry::{at, position};
-use crate::matching::{Matched, Matching};
+use crate::matching::Matching;
 use crate::mean::Mean;
-
-/// Indices of position and velocity in a state `[x, vx, ax, y, vy, ay]`.
-const POSITION: [usize; 2] = [0, 3];
-const VELOCITY: [usize; 2] = [1, 4];
 
 /// Compares the estimates of group members with the Cramer-Rao bound of `docs/metrics.md`, frame by frame.
 #[derive(Debug, Clone)]
@@ -30,9 +26,9 @@ pub struct Bound {
     transition: Transition,
     sensor: SensorParams,
     /// Covariance P_0 of a cue.
-    cue: Matrix6<f64>,
+    cue: Covariance,
     /// Inverse J^-1 of every target, by target id.
-    covariances: ById<Matrix6<f64>>,
+    covariances: ById<Covariance>,
     /// Information of the measurements of the current time step, by target id.
     measured: ById<Matrix2<f64>>,
     /// True if a covariance was not representable, because prior and measurement accuracy differ too much.
@@ -52,11 +48,11 @@ impl Bound {
         if !sensor.out_of_range().is_empty() {
             return None;
         }
-        let sds = [config.cue.position_sd_m, config.cue.velocity_sd_m_s, motion.acceleration_sd_m_s2];
+        let of_axis = [config.cue.position_sd_m, config.cue.velocity_sd_m_s, motion.acceleration_sd_m_s2];
         Some(Self {
             transition: motion.transition(Duration::from_s(config.period_s)),
             sensor,
-            cue: Matrix6::from_diagonal(&Vector6::from_fn(|i, _| sds[i % 3] * sds[i % 3])),
+            cue: Covariance::from_diagonal(std::array::from_fn(|i| of_axis[i % 3] * of_axis[i % 3])),
             covariances: ById::default(),
             measured: ById::default(),
             is_lost: false,
@@ -78,18 +74,17 @@ impl Bound {
                 self.cue
             });
             if !is_first {
-                let mut predicted = Covariance::from(&*covariance);
-                self.transition.predict_covariance(&mut predicted);
-                *covariance = predicted.matrix();
+                self.transition.predict_covariance(covariance);
             }
-            if let Some(information) = self.measured.get(truth.target) {
-                *covariance = informed(covariance, information);
+            if let Some(information) = self.measured.get_mut(truth.target) {
+                covariance.add_position_information(information);
             }
-            self.is_lost |= !covariance.diagonal().iter().all(|variance| *variance >= 0.0 && variance.is_finite());
+            let [x, vx, ax, y, vy, ay] = covariance.variances();
+            self.is_lost |= ![x, vx, ax, y, vy, ay].iter().all(|variance| *variance >= 0.0 && variance.is_finite());
             if let Some(track) = track.filter(|track| track.group.is_some()) {
-                let error = error(Matched { target: truth, track });
-                self.position.add(&error, covariance, POSITION);
-                self.velocity.add(&error, covariance, VELOCITY);
+                let [x_m, vx_m_s, _, y_m, vy_m_s, _] = track.state;
+                self.position.add([x_m - truth.x_m, y_m - truth.y_m], x + y);
+                self.velocity.add([vx_m_s - truth.vx_m_s, vy_m_s - truth.vy_m_s], vx + vy);
             }
         }
     }
@@ -98,8 +93,7 @@ impl Bound {
     /// position block.
     #[must_use]
     pub fn position_m2(&self, target: u32) -> Option<f64> {
-        let covariance = self.covariances.get(target).filter(|_| !self.is_lost)?;
-        Some(POSITION.iter().map(|axis| covariance[(*axis, *axis)]).sum())
+        Some(self.covariances.get(target).filter(|_| !self.is_lost)?.position().trace())
     }
 
     /// Returns the efficiencies of position and velocity, empty if the bound was not representable.
@@ -117,23 +111,6 @@ fn known_detections(frame: &Frame, matching: &Matching<'_>) -> impl Iterator<Ite
     })
 }
 
-/// Computes (P^-1 + C I C')^-1, with C the position columns of the unit matrix. P may be singular, for example if
-/// targets never accelerate.
-fn informed(p: &Matrix6<f64>, information: &Matrix2<f64>) -> Matrix6<f64> {
-    let columns = Matrix6x2::from_columns(&POSITION.map(|column| p.column(column).into_owned()));
-    let block = Matrix2::from_fn(|row, column| p[(POSITION[row], POSITION[column])]);
-    match (Matrix2::identity() + information * block).try_inverse() {
-        Some(damping) => p - columns * (damping * information) * columns.transpose(),
-        None => *p,
-    }
-}
-
-/// Estimated minus true position and velocity; the acceleration error is set to zero.
-fn error(Matched { target, track }: Matched<'_>) -> [f64; 6] {
-    let [x_m, vx_m_s, _, y_m, vy_m_s, _] = track.state;
-    [x_m - target.x_m, vx_m_s - target.vx_m_s, 0.0, y_m - target.y_m, vy_m_s - target.vy_m_s, 0.0]
-}
-
 /// Squared errors and their bound over the same samples.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Efficiency {
@@ -142,9 +119,10 @@ pub(crate) struct Efficiency {
 }
 
 impl Efficiency {
-    fn add(&mut self, error: &[f64; 6], covariance: &Matrix6<f64>, axes: [usize; 2]) {
-        self.squared_error.add(axes.iter().map(|axis| error[*axis] * error[*axis]).sum());
-        self.bound.add(axes.iter().map(|axis| covariance[(*axis, *axis)]).sum());
+    /// Adds the errors of both axes and the bound of the sum of their squares.
+    fn add(&mut self, [x, y]: [f64; 2], bound: f64) {
+        self.squared_error.add(x * x + y * y);
+        self.bound.add(bound);
     }
 
     /// Root of the ratio of the summed squared errors to the summed bound.

@@ -127,9 +127,13 @@ impl PathModel {
             let (up, climb) = (height.at(share), height.slope(share) / self.period_s);
             (Vector3::new(at.x, at.y, up.z), Vector3::new(velocity.x, velocity.y, climb.z))
         };
-        let nodes: Vec<_> = (0..=self.parts).map(node).collect();
         let part_s = self.period_s / self.parts as f64;
-        FlownPath { curves: nodes.windows(2).map(|pair| Curve::hermite(pair[0], pair[1], part_s)).collect() }
+        let mut last = node(0);
+        let curve = |index| {
+            let next = node(index);
+            Curve::hermite(std::mem::replace(&mut last, next), next, part_s)
+        };
+        FlownPath { curves: (1..=self.parts).map(curve).collect() }
     }
 
     fn is_one_step(&self, duration_s: f64) -> bool {

@@ -4,7 +4,7 @@ use standoff::research::Grid;
 use standoff_record::{DerivedColumns, Frame, GroupRow, UavRow, ViewRow};
 
 use crate::config::ScoreConfig;
-use crate::geometry::{Geometry, PointedSensors, at, off_orbit_m, pointed_sensors, position};
+use crate::geometry::{Geometry, PointedSensors, at, off_orbit_m, position};
 use crate::matching::Matched;
 use crate::true_orbits::TrueOrbits;
 
@@ -61,7 +61,7 @@ impl FrameScorer {
             score_config: &self.config,
             frame,
             is_after_cue,
-            looking: pointed_sensors(frame, &self.config.sensor),
+            looking: PointedSensors::of(frame, &self.config.sensor),
             orbits: &self.orbits,
         }
     }

@@ -8,7 +8,7 @@ use standoff::research::{
     math::{self, TAU},
 };
 use standoff::{Angle, Position, RangeBearingMeasurement, SensorParams, TargetState, Velocity};
-use standoff_record::{Frame, GroupRow, TrackRow, UavRow};
+use standoff_record::{Frame, GroupRow, TrackRow, TruthRow, UavRow};
 
 use crate::buildings::Buildings;
 pub(crate) use crate::matching::position;
@@ -157,12 +157,17 @@ impl PointedSensor {
     /// Returns the noise-free measurement of a target in view: covered, and not hidden by a building.
     pub(crate) fn measure(&self, (sensor, buildings): InView<'_>, target: Position) -> Option<RangeBearingMeasurement> {
         let measurement = sensor.measure(self.position, self.boresight, target)?;
-        (!buildings.hide(target, self.position, self.altitude_m)).then_some(measurement)
+        (!self.is_blocked(buildings, target)).then_some(measurement)
+    }
+
+    /// Returns whether a building hides a target.
+    fn is_blocked(&self, buildings: &Buildings, target: Position) -> bool {
+        buildings.hide(target, self.position, self.altitude_m)
     }
 }
 
-/// The sensors that are pointed.
-#[derive(Debug)]
+/// The sensors that are pointed; the memory is reused.
+#[derive(Debug, Clone, Default)]
 pub(crate) struct PointedSensors {
     /// By ascending UAV.
     pub(crate) all: Vec<PointedSensor>,
@@ -171,6 +176,24 @@ pub(crate) struct PointedSensors {
 }
 
 impl PointedSensors {
+    /// Returns the pointed sensors of a frame.
+    pub(crate) fn of(frame: &Frame, sensor: &SensorParams) -> Self {
+        let mut pointed = Self::default();
+        pointed.fill(frame, sensor);
+        pointed
+    }
+
+    /// Replaces the sensors by those of a frame.
+    fn fill(&mut self, frame: &Frame, sensor: &SensorParams) {
+        self.all.clear();
+        self.all.extend(frame.uavs.iter().filter_map(|uav| {
+            let boresight = Angle::from_rad(uav.boresight_rad?);
+            Some(PointedSensor { uav: uav.uav, position: at(uav), altitude_m: uav.altitude_m, boresight })
+        }));
+        self.range_m = sensor.sensing_range_m;
+        self.places.fill(self.all.iter().map(|sensor| sensor.position), 0.5 * self.range_m);
+    }
+
     /// Sensors near a target, others cannot have it in view; in no particular order.
     fn near(&self, target: Position) -> impl Iterator<Item = &PointedSensor> {
         self.places.near(target, self.range_m).map(|index| &self.all[index])
@@ -180,22 +203,72 @@ impl PointedSensors {
     pub(crate) fn have_in_view(&self, rules: InView<'_>, target: Position) -> bool {
         self.near(target).any(|sensor| sensor.measure(rules, target).is_some())
     }
-
-    /// Returns the sensors that cover a target, in no particular order.
-    pub(crate) fn covering(&self, sensor: &SensorParams, target: Position) -> impl Iterator<Item = &PointedSensor> {
-        self.near(target).filter(move |pointed| pointed.covers(sensor, target))
-    }
 }
 
-/// Returns the sensors that are pointed.
-pub(crate) fn pointed_sensors(frame: &Frame, sensor: &SensorParams) -> PointedSensors {
-    let pointed = |uav: &UavRow| {
-        let boresight = Angle::from_rad(uav.boresight_rad?);
-        Some(PointedSensor { uav: uav.uav, position: at(uav), altitude_m: uav.altitude_m, boresight })
-    };
-    let all: Vec<_> = frame.uavs.iter().filter_map(pointed).collect();
-    let range_m = sensor.sensing_range_m;
-    PointedSensors { places: Grid::of(all.iter().map(|sensor| sensor.position), 0.5 * range_m), all, range_m }
+/// The pointed sensors of a frame and, if needed, the targets that each of them covers; the memory is reused.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Coverage {
+    sensors: PointedSensors,
+    near: Vec<usize>,
+    /// Index of a target and of a sensor near it.
+    candidates: Vec<(usize, usize)>,
+    /// Target and index of a sensor that covers it, behind a building or not; by ascending target. `None` if not needed.
+    covered: Option<Vec<(u32, usize)>>,
+}
+
+impl Coverage {
+    /// Makes an empty coverage, with the targets of each sensor or without.
+    pub(crate) fn new(is_of_each_sensor: bool) -> Self {
+        Self { covered: is_of_each_sensor.then(Vec::new), ..Self::default() }
+    }
+
+    /// Replaces the sensors and targets by those of a frame.
+    pub(crate) fn fill(&mut self, frame: &Frame, sensor: &SensorParams) {
+        let Self { sensors, near, candidates, covered } = self;
+        sensors.fill(frame, sensor);
+        let Some(covered) = covered else { return };
+        candidates.clear();
+        for (index, truth) in frame.truth.iter().enumerate() {
+            let all = sensors.places.near_ascending(position(truth), sensors.range_m, near);
+            candidates.extend(all.map(|sensor| (index, sensor)));
+        }
+        covered.clear();
+        // Candidates are processed in pairs (SIMD). A single last one is paired with itself.
+        for pair in candidates.chunks(2) {
+            let looks = [pair[0], pair[pair.len() - 1]].map(|(target, index)| {
+                let PointedSensor { position: from, boresight, .. } = sensors.all[index];
+                (from, boresight, position(&frame.truth[target]))
+            });
+            let is_covered = pair.iter().zip(sensor.in_view_batch(looks)).filter(|(_, is_in_view)| *is_in_view);
+            covered.extend(is_covered.map(|((target, index), _)| (frame.truth[*target].target, *index)));
+        }
+    }
+
+    /// True if no sensor is pointed.
+    pub(crate) fn is_blind(&self) -> bool {
+        self.sensors.all.is_empty()
+    }
+
+    /// Returns the sensors that cover a target, by ascending UAV; none if they are not needed.
+    pub(crate) fn of(&self, target: u32) -> impl Iterator<Item = &PointedSensor> {
+        let covered = self.covered.as_deref().unwrap_or_default();
+        let first = covered.partition_point(|(covered, _)| *covered < target);
+        let covering = covered[first..].iter().take_while(move |(covered, _)| *covered == target);
+        covering.map(|(_, index)| &self.sensors.all[*index])
+    }
+
+    /// Returns whether a target is in view of one of the sensors.
+    pub(crate) fn is_in_view(&self, rules: InView<'_>, target: &TruthRow) -> bool {
+        match self.covered {
+            Some(_) => self.of(target.target).any(|sensor| !sensor.is_blocked(rules.1, position(target))),
+            None => self.sensors.have_in_view(rules, position(target)),
+        }
+    }
+
+    /// Returns whether one of the sensors covers a position.
+    pub(crate) fn includes(&self, sensor: &SensorParams, at: Position) -> bool {
+        self.sensors.near(at).any(|pointed| pointed.covers(sensor, at))
+    }
 }
 
 pub(crate) fn at(uav: &UavRow) -> Position {
@@ -237,11 +310,11 @@ pub(crate) fn on_orbit(matching: &Matching<'_>, group: u32) -> impl Iterator<Ite
 
 #[cfg(test)]
 mod tests {
-    use standoff_record::TruthRow;
-
     use super::*;
-    use crate::common::{config_of, score};
+    use crate::common::{config_of, score, score_config};
     use crate::missions::{frames, load};
+    use crate::row_fixtures::{truth_row, uav_row};
+    use standoff_sim::random::{Draws, Stream};
 
     /// During the dwell of a handoff, the target counts for both centres, but for the off-boresight angle of the
     /// passing group only.
@@ -271,6 +344,40 @@ mod tests {
         let mut without = frame.clone();
         without.truth.retain(|truth| truth.target != track.target);
         assert_eq!(geometry.off_boresight_rad(uav), Geometry::of(&without).off_boresight_rad(uav));
+    }
+
+    /// Of one UAV, of two, and of so many that they are found by the grid.
+    #[test]
+    fn coverage_of_each_sensor_equals_separate_looks() {
+        let config = score_config();
+        let mut draw = Draws::new(1).at(Stream::Measurement, 0, 0);
+        let (mut coverage, mut in_view) = (Coverage::new(true), 0);
+        for uavs in [1, 2, 3, 40] {
+            let mut place_m = |span_m: f64| span_m * (draw.uniform() - 0.5);
+            let frame = Frame {
+                uavs: (0..uavs)
+                    .map(|uav| UavRow {
+                        x_m: place_m(4000.0),
+                        y_m: place_m(4000.0),
+                        boresight_rad: (uav % 5 != 4).then(|| place_m(TAU)),
+                        ..uav_row(uav)
+                    })
+                    .collect(),
+                truth: (0..101).map(|target| truth_row(3 * target, place_m(4000.0), place_m(4000.0))).collect(),
+                ..Frame::default()
+            };
+            coverage.fill(&frame, &config.sensor);
+            for target in &frame.truth {
+                let covers = |sensor: &&PointedSensor| sensor.covers(&config.sensor, position(target));
+                let separate = coverage.sensors.all.iter().filter(covers).map(|sensor| sensor.uav);
+                assert!(coverage.of(target.target).map(|sensor| sensor.uav).eq(separate), "{uavs} UAVs");
+                let is_in_view = coverage.sensors.have_in_view(config.in_view(), position(target));
+                assert_eq!(coverage.is_in_view(config.in_view(), target), is_in_view);
+                assert_eq!(coverage.includes(&config.sensor, position(target)), is_in_view);
+                in_view += u32::from(is_in_view);
+            }
+        }
+        assert!((50..350).contains(&in_view), "{in_view}");
     }
 
     /// The estimated centre is that of all members: an error with respect to some of them would be meaningless.

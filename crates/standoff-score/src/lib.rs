@@ -25,6 +25,7 @@ mod metrics;
 #[cfg(test)]
 #[path = "../../standoff-sim/tests/common/mod.rs"]
 mod missions;
+mod nees;
 mod per_agent;
 mod per_target;
 mod prediction_error;
@@ -35,12 +36,11 @@ mod row_fixtures;
 mod separation;
 mod true_orbits;
 
-use nalgebra::{SMatrix, SVector};
 use standoff::research::{ByGroup, OrbitMotion, math};
-use standoff::{Covariance, Displacement, Position};
+use standoff::{Displacement, Position};
 use standoff_record::{Frame, GroupRow};
 
-use crate::geometry::{at, centre, group_of, off_boresight_angles_rad, off_orbit_m};
+use crate::geometry::{Coverage, at, centre, group_of, off_boresight_angles_rad, off_orbit_m};
 use crate::matching::{Matched, Matching};
 use agreement::Agreement;
 use association::AssociationScores;
@@ -50,6 +50,7 @@ use flown_path::PathModel;
 use geofence::Zones;
 use innovation::Innovations;
 use mean::Mean;
+use nees::nees_per_state;
 use per_agent::{Grouped, PerAgentScores, Scores};
 use per_target::{Sums, Tallies};
 use prediction_error::PredictionErrors;
@@ -174,6 +175,7 @@ pub struct Scorer {
     uavs: ByGroup<u32>,
     assigned: ByGroup<u32>,
     true_orbits: TrueOrbits,
+    coverage: Coverage,
     /// Empty; its memory is reused.
     matching: Matching<'static>,
     agreement: Agreement,
@@ -236,6 +238,7 @@ impl Scorer {
             uavs: ByGroup::default(),
             assigned: ByGroup::default(),
             true_orbits: TrueOrbits::default(),
+            coverage: Coverage::new(needed.association),
             matching: Matching::default(),
             agreement: Agreement::default(),
             association: AssociationScores::default(),
@@ -253,8 +256,11 @@ impl Scorer {
         let mut matching = std::mem::take(&mut self.matching);
         matching.fill(&frame.truth, &frame.tracks);
         let grouped = Grouped::of(frame);
+        if needed.tallies || needed.association {
+            self.coverage.fill(frame, &self.config.sensor);
+        }
         if needed.tallies {
-            self.tallies.frame(&self.config, frame, &matching, &grouped);
+            self.tallies.frame(&self.config, frame, &matching, (&grouped, &self.coverage));
         }
         self.uavs.fill(matching::assigned(frame));
         let is_pointed = |index: usize| frame.uavs[index].boresight_rad.is_some();
@@ -305,7 +311,7 @@ impl Scorer {
             self.agreement.frame(frame);
         }
         if needed.association {
-            self.association.frame(&self.config, frame, &matching);
+            self.association.frame(&self.config, frame, &matching, &self.coverage);
         }
         if !self.of_team_states.is_empty() {
             self.per_agent.frame(frame, || Self::new(self.config.clone(), self.of_team_states));
@@ -526,48 +532,6 @@ fn phase_error_deg(uavs_rel_centre: &[Displacement], desired_phase_rad: f64) -> 
             Some((0..n).map(|index| (gap_deg(index) - even_deg).abs()).sum::<f64>() / n as f64)
         }
     }
-}
-
-/// Normalised estimation error squared, divided by the number of random states. These are all six if the truth includes
-/// the acceleration and the filter models one, otherwise position and velocity.
-fn nees_per_state(score_config: &ScoreConfig, Matched { target, track }: Matched<'_>) -> Option<f64> {
-    let covariance = Covariance::from_upper_triangle(&track.covariance).matrix();
-    let [x_m, vx_m_s, ax_m_s2, y_m, vy_m_s, ay_m_s2] = track.state;
-    let error = [x_m - target.x_m, vx_m_s - target.vx_m_s, y_m - target.y_m, vy_m_s - target.vy_m_s];
-    let is_random = score_config.target.acceleration_sd_m_s2 >= LEAST_ACCELERATION_SD_M_S2;
-    if let (true, Some(true_ax), Some(true_ay)) = (is_random, target.ax_m_s2, target.ay_m_s2) {
-        let [x, vx, y, vy] = error;
-        return normalised(SVector::from([x, vx, ax_m_s2 - true_ax, y, vy, ay_m_s2 - true_ay]), covariance);
-    }
-    const POSITION_AND_VELOCITY: [usize; 4] = [0, 1, 3, 4];
-    let part = SMatrix::from_fn(|row, column| covariance[(POSITION_AND_VELOCITY[row], POSITION_AND_VELOCITY[column])]);
-    normalised(SVector::from(error), part)
-}
-
-/// A filter with a smaller configured value assumes this one, so that its covariance has an inverse. Its targets'
-/// acceleration counts as known, hence not as a random state.
-const LEAST_ACCELERATION_SD_M_S2: f64 = 1e-6;
-
-/// `error`' `covariance`^-1 `error` / N, by elimination: the terms of the sum are not negative, and no root is needed.
-/// `None` if the covariance is not positive definite.
-fn normalised<const N: usize>(mut error: SVector<f64, N>, mut covariance: SMatrix<f64, N, N>) -> Option<f64> {
-    let mut sum = 0.0;
-    for pivot in 0..N {
-        let variance = covariance[(pivot, pivot)];
-        if variance.is_nan() || variance <= 0.0 {
-            return None;
-        }
-        let weight = 1.0 / variance;
-        sum += weight * error[pivot] * error[pivot];
-        for row in pivot + 1..N {
-            let factor = weight * covariance[(row, pivot)];
-            error[row] -= factor * error[pivot];
-            for below in row..N {
-                covariance[(below, row)] -= factor * covariance[(below, pivot)];
-            }
-        }
-    }
-    Some(sum / N as f64)
 }
 
 #[cfg(test)]

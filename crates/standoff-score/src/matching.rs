@@ -12,7 +12,7 @@ use standoff::research::ByGroup;
 
 use standoff_record::{DetectionRow, Frame, TrackRow, TruthRow, UavRow};
 
-pub(crate) use assignment::assign;
+pub(crate) use assignment::Assigner;
 pub use identities::{CUTOFF_M, Identities};
 
 /// An existing target and the track that estimates it.

@@ -11,7 +11,7 @@ use standoff_record::Frame;
 
 use crate::by_id::ById;
 use crate::config::ScoreConfig;
-use crate::geometry::{pointed_sensors, position};
+use crate::geometry::Coverage;
 use crate::matching::Matching;
 use crate::mean::Mean;
 use crate::per_agent::Grouped;
@@ -105,12 +105,17 @@ pub struct TargetScore {
 
 impl Tallies {
     /// Adds the next frame.
-    pub(crate) fn frame(&mut self, config: &ScoreConfig, frame: &Frame, matching: &Matching<'_>, grouped: &Grouped) {
-        let looking = pointed_sensors(frame, &config.sensor);
+    pub(crate) fn frame(
+        &mut self,
+        config: &ScoreConfig,
+        frame: &Frame,
+        matching: &Matching<'_>,
+        (grouped, coverage): (&Grouped, &Coverage),
+    ) {
         let is_first_cue = self.of.is_empty();
         self.frames += u64::from(!is_first_cue);
         for (truth, track) in matching.targets() {
-            let is_seen = looking.have_in_view(config.in_view(), position(truth));
+            let is_seen = coverage.is_in_view(config.in_view(), truth);
             let is_member = track.is_some_and(|track| track.group.is_some());
             let mut is_cue = false;
             let tally = self.of.entry(truth.target, || {
@@ -247,6 +252,12 @@ mod tests {
 
     /// The UAV looks east, so targets to the west are out of view.
     fn sums(courses: &[&[At]]) -> Sums {
+        let [sums, of_each_sensor] = [false, true].map(|is_of_each_sensor| sums_by(courses, is_of_each_sensor));
+        assert_eq!(format!("{sums:?}"), format!("{of_each_sensor:?}"));
+        sums
+    }
+
+    fn sums_by(courses: &[&[At]], is_of_each_sensor: bool) -> Sums {
         let config = score_config();
         let mut tallies = Tallies::default();
         for step in 0..courses[0].len() {
@@ -262,7 +273,9 @@ mod tests {
                     Gone => {}
                 }
             }
-            tallies.frame(&config, &frame, &Matching::of(&frame), &Grouped::of(&frame));
+            let mut coverage = Coverage::new(is_of_each_sensor);
+            coverage.fill(&frame, &config.sensor);
+            tallies.frame(&config, &frame, &Matching::of(&frame), (&Grouped::of(&frame), &coverage));
         }
         tallies.sums()
     }

@@ -31,6 +31,8 @@ pub(crate) struct PredictionErrors {
     on_orbits_before: ByGroup<u32>,
     /// UAVs of each group.
     uavs: ByGroup<u32>,
+    /// Predicted members of one group; reused buffer.
+    members: Vec<TargetState>,
     /// Error of the true orbit, m.
     pub(crate) truth: Mean,
     /// Error of the agents' own orbit, m.
@@ -48,6 +50,7 @@ impl PredictionErrors {
             on_orbits: ByGroup::default(),
             on_orbits_before: ByGroup::default(),
             uavs: ByGroup::default(),
+            members: Vec::new(),
             truth: Mean::default(),
             own: Mean::default(),
         }
@@ -68,20 +71,19 @@ impl PredictionErrors {
 
     /// Groups count only while their members stay the same: a change of membership is not a prediction error.
     fn group(&mut self, frame: &Frame, orbits: &TrueOrbits, group: &GroupRow) {
-        let keys = |tracks: &[TrackRow], on_orbits: &ByGroup<u32>| -> Vec<u32> {
-            on_orbits.of(group.group).map(|index| matching::key(&tracks[index])).collect()
-        };
         let old = self.groups_before.binary_search_by_key(&group.group, |old| old.group);
         let Some(old) = old.ok().map(|index| &self.groups_before[index]) else { return };
-        if keys(&self.before, &self.on_orbits_before) != keys(&frame.tracks, &self.on_orbits) {
+        let before = self.on_orbits_before.of(group.group).map(|index| &self.before[index]);
+        let now = self.on_orbits.of(group.group).map(|index| &frame.tracks[index]);
+        if !before.clone().map(matching::key).eq(now.map(matching::key)) {
             return;
         }
-        let expected = |track: &TrackRow| self.transition.predict(&TargetState(track.state.into()));
-        let members: Vec<TargetState> =
-            self.on_orbits_before.of(group.group).map(|index| expected(&self.before[index])).collect();
-        let (Some(truth), Some(desired)) = (orbits.of(group.group), self.score_config.orbit(&members)) else { return };
+        self.members.clear();
+        self.members.extend(before.map(|track| self.transition.predict(&TargetState(track.state.into()))));
+        let members = &self.members;
+        let (Some(truth), Some(desired)) = (orbits.of(group.group), self.score_config.orbit(members)) else { return };
         let after =
-            |flown: &OrbitMotion, margin_m: f64| self.score_config.orbit_after(flown, &desired, &members, margin_m);
+            |flown: &OrbitMotion, margin_m: f64| self.score_config.orbit_after(flown, &desired, members, margin_m);
         let expected_true = self.orbits_before.of(group.group).map_or(desired, |orbit| after(&orbit.flown, 0.0));
         let orbit = |row: &GroupRow| OrbitMotion {
             centre: centre(row),
@@ -95,7 +97,7 @@ impl PredictionErrors {
             // The agents' own centre moves on at constant velocity.
             let centre = was.centre + was.velocity * self.score_config.period_s;
             let state = TargetState::new(centre, was.velocity, [0.0; 2]);
-            let standoff = self.score_config.standoff_distance(&members, &state, group.margin_m, desired.turn_limit_m);
+            let standoff = self.score_config.standoff_distance(members, &state, group.margin_m, desired.turn_limit_m);
             OrbitMotion::start(&state, &standoff, desired.turn_limit_m)
         } else {
             after(&was, group.margin_m)

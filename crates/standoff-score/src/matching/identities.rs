@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use standoff::Position;
 use standoff_record::{AgentEventRow, EventRow, Frame, NO_TARGET, TrackRow, TrackStatus, TruthRow};
 
-use super::assignment::assign;
+use super::assignment::Assigner;
 use super::{estimate, position};
 
 /// Largest distance between a target and the track that is paired with it, m.
@@ -115,7 +115,7 @@ fn pair(
     let free_targets: Vec<&TruthRow> = truth.iter().filter(|target| !paired.contains(&target.target)).collect();
     let positions: Vec<Position> = free.iter().map(|(_, row)| estimate(row)).collect();
     let places: Vec<Position> = free_targets.iter().map(|target| position(target)).collect();
-    for (track, target) in assign(&positions, &places, CUTOFF_M) {
+    for &(track, target) in Assigner::default().assign(&positions, &places, CUTOFF_M) {
         let (key, row) = &mut free[track];
         row.target = free_targets[target].target;
         targets.insert(*key, Identity::of(row, step));
