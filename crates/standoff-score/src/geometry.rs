@@ -346,7 +346,7 @@ mod tests {
         assert_eq!(geometry.off_boresight_rad(uav), Geometry::of(&without).off_boresight_rad(uav));
     }
 
-    /// Of one UAV, of two, and of so many that they are found by the grid.
+    /// Of one UAV, of two, and of 40, which are found by the grid.
     #[test]
     fn coverage_of_each_sensor_equals_separate_looks() {
         let config = score_config();
