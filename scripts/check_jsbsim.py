@@ -228,7 +228,7 @@ def fly_aircraft(flight, number, link, feed_address, road, begun_at, seconds, pi
         due_at = begun_at + autopilot.time_s()
         while (left_s := due_at - time.monotonic()) > 0:
             if select.select([autopilot.socket], [], [], left_s)[0]:
-                autopilot.receive(autopilot.socket.recv(2048))
+                autopilot.receive()
     pipe.send((rows, autopilot.latencies_s, autopilot.violations, autopilot.roll_targets))
 
 
@@ -298,7 +298,10 @@ def main():
         folder = arguments.keep or Path(temporary)
         folder.mkdir(exist_ok=True, parents=True)
         begun_at = time.monotonic() + 4
-        started = [(flight, *start(flight, folder, begun_at, arguments.seconds)) for flight in flights]
+        # Aircraft whose loops begin together would wait for each other.
+        later_s = LOOP_S / len(flights)
+        started = [(flight, *start(flight, folder, begun_at + index * later_s, arguments.seconds))
+                   for index, flight in enumerate(flights)]
         half_s = arguments.seconds / 2
         time.sleep(max(begun_at + half_s - time.monotonic(), 0))
         programs = [program for _, each, _ in started for program, *_ in each]

@@ -8,6 +8,7 @@
 import math
 import os
 import socket
+import struct
 import time
 
 os.environ["MAVLINK20"] = "1"
@@ -18,6 +19,8 @@ from aircraft import GRAVITY_M_S2, LOOP_S, clamp, wrap
 LOITER, GUIDED = 12, 15
 RELEASE_S = 3.0
 COMPANION = 191
+# Option of Linux with which the kernel adds the time of arrival to a datagram; Python does not name it.
+SO_TIMESTAMPNS = 35
 
 
 class Plane:
@@ -44,6 +47,7 @@ class Autopilot:
         self.aircraft, self.plane, self.link, self.system_id = aircraft, plane, link, system_id
         self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.socket.bind(("127.0.0.1", 0))
+        self.socket.setsockopt(socket.SOL_SOCKET, SO_TIMESTAMPNS, 1)
         self.mavlink = mavlink.MAVLink(None, srcSystem=system_id, srcComponent=1)
         self.receiver = mavlink.MAVLink(None)
         self.receiver.robust_parsing = True
@@ -59,7 +63,7 @@ class Autopilot:
         }
         # Commands that arrived in another mode than GUIDED, and messages that would arm or change the mode.
         self.violations = []
-        # Times from sending a position to receiving the next roll target, s.
+        # Times from sending a position to the arrival of the next roll target at the socket, s.
         self.latencies_s = []
         self.position_sent_at = None
         self.roll_targets = 0
@@ -121,15 +125,19 @@ class Autopilot:
                 boot_ms, aircraft.roll_rad, aircraft.pitch_rad, wrap(aircraft.yaw_rad), *aircraft.rates_rad_s))
         if self.loops % 5 == 0:
             point = (round(aircraft.latitude_deg * 1e7), round(aircraft.longitude_deg * 1e7))
+            self.position_sent_at = time.clock_gettime(time.CLOCK_REALTIME)
             self.send(mavlink.MAVLink_global_position_int_message(
                 boot_ms, *point, round((aircraft.sea_level_m + aircraft.altitude_m) * 1e3),
                 round(aircraft.altitude_m * 1e3), round(aircraft.north_m_s * 100), round(aircraft.east_m_s * 100),
                 round(-aircraft.climb_rate_m_s * 100), 65535))
-            self.position_sent_at = time.perf_counter()
 
-    def receive(self, datagram):
-        """Obeys the messages of a datagram, and answers."""
-        arrived_at = time.perf_counter()
+    def receive(self):
+        """Receives a datagram, obeys its messages, and answers."""
+        datagram, ancillary, *_ = self.socket.recvmsg(2048, socket.CMSG_SPACE(16))
+        # The time of arrival, however long this process has then been busy: seconds and nanoseconds.
+        (_, _, arrival), = ancillary
+        seconds, nanoseconds = struct.unpack("qq", arrival)
+        arrived_at = seconds + 1e-9 * nanoseconds
         for message in self.receiver.parse_buffer(bytearray(datagram)) or []:
             kind = message.get_type()
             sender = (message.get_srcSystem(), message.get_srcComponent())
