@@ -132,6 +132,25 @@ inReport("the charts of a long mission show the extremes, and every time step af
   assert.equal(await clock(page), 700);
 });
 
+inReport("of 100 UAVs the charts show the smallest, the median and the largest value, and the curve of the selected one", { flight: "many-uavs" }, async (page) => {
+  const record = recordOf("many-uavs");
+  const speeds = () => drawn(page).then((traces) => traces.filter(({ panel }) => panel === "speed"));
+  const ascending = record.times_s.map((_, k) => record.ids("uavs").map((id) => record.tables.uavs[id].speed_m_s[k]).sort((a, b) => a - b));
+  const summary = await speeds();
+  assert.deepEqual(summary.map(({ id }) => id), ["smallest", "median", "largest"]);
+  [0, 49, 99].forEach((rank, k) => same(summary[k].y, ascending.map((all) => all[rank]), summary[k].id));
+  assert.equal(await page.locator("#legend button[data-of=uavs]").count(), 0, "UAVs have no buttons");
+  assert.match(await page.locator("#legend .hint").textContent(), /^100 UAVs: smallest, median and largest value/);
+  await page.getByLabel("Find").fill("UAV 7");
+  await page.getByLabel("Find").press("Enter");
+  await page.waitForFunction(() => document.querySelector("[data-panel=speed] .plot").data.length === 4);
+  const [own] = (await speeds()).filter(({ id }) => id === 7);
+  same(own.y, record.tables.uavs[7].speed_m_s, "speed of UAV 7");
+  await page.locator("#curve-uavs-7").click();
+  await page.waitForFunction(() => document.querySelector("[data-panel=speed] .plot").data.length === 1);
+  assert.deepEqual((await speeds()).map(({ id }) => id), [7], "a click on its name shows it alone");
+});
+
 inReport("a press with a small movement is a click, and a drag does not change the time", {}, async (page) => {
   const whole = await range(page);
   const box = await plot(page, "speed");

@@ -67,6 +67,11 @@ class Charts {
     return [...new Set(this.runs.flatMap(({ replayData }) => replayData.ids[table]))].sort((a, b) => a - b);
   }
 
+  /** Whether a kind has so many objects at one time that the charts summarise their curves. */
+  isMany(of) {
+    return this.runs.some(({ replayData }) => replayData.most[of] > MANY_OBJECTS);
+  }
+
   get shown_s() {
     const firsts_s = this.runs.map(({ replayData }) => replayData.times_s[0] ?? 0);
     const first_s = Math.min(...firsts_s);
@@ -79,19 +84,21 @@ class Charts {
       const { times_s, error_m, id } = this.target;
       return [{ of: "targets", id, name: "", note: "error", column: "position_error_m", colour: palette().ink, dash: "solid", factor: 1, times_s, values: error_m }];
     }
-    const curves = this.runs.map(({ replayData }) => [...this.curvesOfRun(spec, replayData)]);
+    const curves = this.runs.map(({ replayData }) => spec.curves.flatMap((kind) => {
+      const all = [...this.curvesOfKind(kind, spec.factor, replayData)];
+      if (!this.isMany(kind.of) || this.only[kind.of]?.size) return all.filter((curve) => this.isShown(curve));
+      return [...summaryOf(all), ...all.filter((curve) => this.isFront(curve))];
+    }));
     return curves.length > 1 ? pairedCurves(curves) : curves[0];
   }
 
-  /** The curves of a panel from one run. */
-  *curvesOfRun(spec, replayData) {
-    for (const { of, column, note, dash, ink } of spec.curves) {
-      for (const id of of === "run" ? [0] : replayData.ids[of]) {
-        const values = replayData.series(of, column, id);
-        if (values.every(Number.isNaN)) continue;
-        const colour = ink ? palette()[ink] : curveColour(replayData, of, id);
-        yield { of, id, name: curveName(of, id), note, column, colour, dash, factor: spec.factor, times_s: replayData.times_s, values };
-      }
+  /** The curves of one kind from one run, with a factor from SI units. */
+  *curvesOfKind({ of, column, note, dash, ink }, factor, replayData) {
+    for (const id of of === "run" ? [0] : replayData.ids[of]) {
+      const values = replayData.series(of, column, id);
+      if (values.every(Number.isNaN)) continue;
+      const colour = ink ? palette()[ink] : curveColour(replayData, of, id);
+      yield { of, id, name: curveName(of, id), note, column, colour, dash, factor, times_s: replayData.times_s, values };
     }
   }
 
@@ -99,18 +106,21 @@ class Charts {
     return !this.only[of]?.size || this.only[of].has(id);
   }
 
+  /** Whether a curve is emphasised. */
+  isFront({ of, id }) {
+    return this.front?.[of]?.has(id) ?? false;
+  }
+
   /** The plotly traces of a panel; emphasised curves come last, on top. */
   traces(panel) {
-    const { front } = this;
-    const isFront = ({ of, id }) => front?.[of]?.has(id) ?? false;
-    const some = panel.curves.some(isFront);
+    const some = panel.curves.some((curve) => this.isFront(curve));
     const many = panel.curves.length > 6;
     const traces = [];
     const last = new Map();
     for (const curve of panel.curves) {
       const points = thinned(curve.times_s, curve.values, curve.factor, this.range_s);
       if (!points.x.length) continue;
-      const ahead = some && isFront(curve);
+      const ahead = this.isFront(curve);
       const width = ahead ? 2.6 : some ? 1 : many ? 1.1 : 1.5;
       const opacity = curve.of === "run" || ahead ? 1 : some ? 0.3 : many ? 0.75 : 1;
       const style = [curve.of, curve.run, curve.colour, curve.dash, ahead].join();
@@ -207,7 +217,7 @@ class Charts {
   fill(panel) {
     const { spec } = panel;
     const { ink, alarm, none } = palette();
-    panel.curves = this.curvesOf(spec).filter((curve) => this.isShown(curve));
+    panel.curves = this.curvesOf(spec);
     panel.traces = this.traces(panel);
     const isDrawn = ({ column, note }) => note && panel.curves.some((curve) => curve.column === column);
     const notes = spec.curves.filter(isDrawn).map(({ dash, note, ink: own }) => [own ? palette()[own] : ink, dash, note]);

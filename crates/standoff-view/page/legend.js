@@ -1,6 +1,9 @@
 // Legend of the charts: buttons that select curves.
 
-/** Maximum number of groups that all have a button; with more groups, only those at the time shown have one. */
+/**
+ * Maximum number of groups that all have a button; with more groups, only those at the time shown have one. Of many objects at one
+ * time, only selected and emphasised ones have a button.
+ */
 const MAX_GROUPS = 8;
 
 class Legend {
@@ -13,24 +16,31 @@ class Legend {
     this.container.addEventListener("keydown", (key) => this.moved(key));
   }
 
-  /** UAVs and groups that have a button, and the number of groups without one. */
+  /** UAVs and groups that have a button, and a text about the others. */
   entries() {
-    const { replayData, clock } = this.charts;
+    const { charts } = this;
+    const { replayData, clock, only, front } = charts;
     const stepIndex = replayData.stepAt(clock.time_s);
-    const groups = this.charts.idsOf("groups");
-    const exists = (id) => this.charts.only.groups.has(id) || !Number.isNaN(replayData.value("groups", "x_m", id, stepIndex));
-    const shown = groups.length > MAX_GROUPS ? groups.filter(exists) : groups;
+    const kinds = ["uavs", "groups"];
+    const isMany = (of) => charts.isMany(of);
+    const [uavs, groups] = kinds.map((of) => charts.idsOf(of));
+    const isNow = (id) => groups.length <= MAX_GROUPS || !Number.isNaN(replayData.value("groups", "x_m", id, stepIndex));
+    const isListed = (of, id) => only[of].has(id) || (isMany(of) ? front?.[of].has(id) : of === "uavs" || isNow(id));
+    const shown = { uavs: uavs.filter((id) => isListed("uavs", id)), groups: groups.filter((id) => isListed("groups", id)) };
+    const many = kinds.filter(isMany).map((of) => `${formatCount(charts.idsOf(of).length)} ${QUANTITY_TABLES[of]}`);
+    const left = groups.length - shown.groups.length;
+    const summary = many.length ? `${many.join(", ")}: smallest, median and largest value; select an object to add its curves` : "";
     return {
-      names: [...this.charts.idsOf("uavs").map((id) => ({ of: "uavs", id })), ...shown.map((id) => ({ of: "groups", id }))],
-      left: groups.length - shown.length,
+      names: kinds.flatMap((of) => shown[of].map((id) => ({ of, id }))),
+      rest: summary || (left ? `and ${left} groups at other times` : ""),
     };
   }
 
   /** Updates the buttons. */
   show() {
     const { charts } = this;
-    const { names, left } = this.entries();
-    const key = JSON.stringify([charts.isPaired, names, left, [...charts.only.uavs], [...charts.only.groups], charts.front?.key, palette().ground]);
+    const { names, rest } = this.entries();
+    const key = JSON.stringify([charts.isPaired, names, rest, [...charts.only.uavs], [...charts.only.groups], charts.front?.key, palette().ground]);
     if (key === this.key) return;
     this.key = key;
     const focused = document.activeElement?.closest("#legend") ? document.activeElement.id : null;
@@ -58,10 +68,10 @@ class Legend {
       all.append("all curves");
       buttons.push(all);
     }
-    const rest = document.createElement("span");
-    rest.className = "hint";
-    rest.append(left ? `and ${left} groups at other times` : "");
-    this.container.replaceChildren(...buttons, rest);
+    const hint = document.createElement("span");
+    hint.className = "hint";
+    hint.append(rest);
+    this.container.replaceChildren(...buttons, hint);
     // The toolbar is one tab stop; the arrow keys move between buttons.
     const stop = buttons.find((button) => button.id === focused) ?? buttons[0];
     for (const button of buttons) button.tabIndex = button === stop ? 0 : -1;

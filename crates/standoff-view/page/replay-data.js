@@ -139,6 +139,8 @@ class ReplayData {
     /** Whether the newest time step is shown; its detail is then loaded first. */
     this.followed = false;
     this.ids = { uavs: [], groups: [], intruders: [] };
+    /** The largest number of objects at one time step. */
+    this.most = { uavs: 0, groups: 0, intruders: 0 };
     /** Index of the colour in the palette, by group. */
     this.colours = new Map();
     this.done = false;
@@ -165,6 +167,7 @@ class ReplayData {
       // Runs without intruders have no table of them.
       const added = (block.tables[name]?.ids ?? []).filter((id) => !known.has(id));
       if (added.length) this.ids[name] = [...this.ids[name], ...added].sort((a, b) => a - b);
+      if (block.tables[name]) this.most[name] = Math.max(this.most[name], mostAtOnce(block.tables[name]));
     }
     for (const [id, row] of block.tables.groups.rows) {
       const { columns, stepCount } = block.tables.groups;

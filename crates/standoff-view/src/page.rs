@@ -58,6 +58,7 @@ pub(crate) const SCRIPT: &str = concat!(
     include_str!("../page/panel-menu.js"),
     include_str!("../page/compare-curves.js"),
     include_str!("../page/chart-pointer.js"),
+    include_str!("../page/curve-summary.js"),
     include_str!("../page/charts.js"),
     include_str!("../page/compare-view.js"),
     include_str!("../page/outcome.js"),

@@ -3,9 +3,9 @@
 //! Two fallback manoeuvres are the hardest turns to the left and to the right at the lowest speed, or for banking
 //! aircraft at the current one. Both end in circles, which can be flown indefinitely. Circles are over ground, also in
 //! wind. Banking aircraft lack the power to keep their ground speed on them; their circles are so wide that they can be
-//! flown at constant airspeed. A state is *safe* if one of them
-//! stays clear of every outline forever. A command is *allowed* if holding it for one period, with the exact response of
-//! the UAV including its lags, stays clear and ends in a safe state.
+//! flown at constant airspeed. A state is *safe* if one of them stays clear of every outline forever. A command is
+//! *allowed* if holding it for one period, with the exact response of the UAV including its lags, stays clear and ends in
+//! a safe state.
 //!
 //! If the desired command is allowed, it is flown. Otherwise the nearest allowed command is flown. If no command is
 //! allowed, the fallback manoeuvre that stays furthest from all outlines is flown; from a safe state it stays clear.
