@@ -15,7 +15,8 @@ const limits = { timeout: 2 * TIMEOUT_MS };
 const shown_s = async (page) => Number.parseFloat(await page.textContent("#clock"));
 
 test("a page follows a running mission, survives a reload, and shows the outcome at the end", limits, async () => {
-  const run = await serving("run", "paper/table-2-pair", "--view", "--speed", "10", "--out", "live");
+  // The mission takes 25 s, because most of the test must pass before its end.
+  const run = await serving("run", "paper/table-2-pair", "--view", "--speed", "4", "--out", "live");
   const { page, complaints, close } = await openServed(run.address);
   assert.equal(await page.getAttribute("#live", "aria-pressed"), "true");
   const first = await shown_s(page);
