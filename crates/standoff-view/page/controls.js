@@ -105,6 +105,7 @@ function connect(page) {
   agent.addEventListener("change", () => page.chooseAgent(agent.value === "" ? null : Number(agent.value)));
   tabs(document.querySelector("[role=tablist]"), (tab) => {
     if (tab.id === "tab-charts") charts.draw();
+    page.renew();
   });
   for (const run of page.runs) pointer(page, run);
 

@@ -7,8 +7,11 @@ class FileSource {
   }
 
   async bytes(name) {
-    const text = document.querySelector(`script[data-part="${name}"]`).textContent;
-    return inflate(Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)));
+    const letters = atob(document.querySelector(`script[data-part="${name}"]`).textContent);
+    // `Uint8Array.from` with a function takes 15 times as long.
+    const bytes = new Uint8Array(letters.length);
+    for (let k = 0; k < letters.length; k++) bytes[k] = letters.charCodeAt(k);
+    return inflate(bytes);
   }
 
   async json(name) {

@@ -2,6 +2,8 @@
 
 /** Height of a line of text, px. */
 const LINE = 14;
+/** Side of a grid cell, px. */
+const CELL = 64;
 
 /** The labels of one drawn frame. */
 class Labels {
@@ -9,8 +11,8 @@ class Labels {
     this.ctx = ctx;
     this.width = width;
     this.height = height;
-    /** Boxes of the drawn labels: left, top, right, bottom, px. */
-    this.taken = [];
+    /** Boxes of labels and symbols (left, top, right, bottom, px), by the cells of a grid that they touch. */
+    this.taken = new Map();
   }
 
   /** Draws a label next to a position, offset by `dx` and `dy`, where it overlaps no other label; draws nothing if there is no space. */
@@ -21,7 +23,7 @@ class Labels {
     for (const [left, middle] of corners) {
       const box = [left - 1, middle - LINE / 2, left + width + 1, middle + LINE / 2];
       if (!this.isFree(box)) continue;
-      this.taken.push(box);
+      this.take(box);
       this.write(text, left, middle);
       return;
     }
@@ -29,12 +31,27 @@ class Labels {
 
   /** Keeps labels away from a symbol. */
   reserve(x, y, r) {
-    this.taken.push([x - r, y - r, x + r, y + r]);
+    this.take([x - r, y - r, x + r, y + r]);
+  }
+
+  take(box) {
+    for (const cell of Labels.cells(box)) {
+      if (!this.taken.has(cell)) this.taken.set(cell, []);
+      this.taken.get(cell).push(box);
+    }
+  }
+
+  /** Keys of the cells that a box touches. */
+  static *cells(box) {
+    const [left, top, right, bottom] = box.map((px) => Math.floor(px / CELL));
+    for (let column = left; column <= right; column++) for (let row = top; row <= bottom; row++) yield column * 4096 + row;
   }
 
   isFree([left, top, right, bottom]) {
     if (left < 0 || top < 0 || right > this.width || bottom > this.height) return false;
-    return this.taken.every((box) => left >= box[2] || right <= box[0] || top >= box[3] || bottom <= box[1]);
+    const isApart = (box) => left >= box[2] || right <= box[0] || top >= box[3] || bottom <= box[1];
+    for (const cell of Labels.cells([left, top, right, bottom])) if (!(this.taken.get(cell) ?? []).every(isApart)) return false;
+    return true;
   }
 
   /** Draws a text with an outline in the background colour, so that it is legible on lines. */

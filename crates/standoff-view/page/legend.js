@@ -27,7 +27,7 @@ class Legend {
     const isNow = (id) => groups.length <= MAX_GROUPS || !Number.isNaN(replayData.value("groups", "x_m", id, stepIndex));
     const isListed = (of, id) => only[of].has(id) || (isMany(of) ? front?.[of].has(id) : of === "uavs" || isNow(id));
     const shown = { uavs: uavs.filter((id) => isListed("uavs", id)), groups: groups.filter((id) => isListed("groups", id)) };
-    const many = kinds.filter(isMany).map((of) => `${formatCount(charts.idsOf(of).length)} ${QUANTITY_TABLES[of]}`);
+    const many = kinds.filter(isMany).map((of) => `${formatCount(charts.idsOf(of).length)} ${of === "uavs" ? "UAVs" : "groups"}`);
     const left = groups.length - shown.groups.length;
     const summary = many.length ? `${many.join(", ")}: smallest, median and largest value; select an object to add its curves` : "";
     return {

@@ -76,6 +76,7 @@ function silenceText({ owner, shown: { age_s } }) {
 function drawAvoidance(map, { ctx, scene }) {
   const { alarm } = palette();
   for (const uav of scene.uavs) {
+    if (uav.avoided_uav === null && uav.avoided_intruder === null) continue;
     const other = scene.uavs.find(({ id }) => id === uav.avoided_uav) ?? scene.intruders.find(({ id }) => id === uav.avoided_intruder);
     if (!other) continue;
     const [[x, y], [x2, y2]] = [uav, other].map(({ x_m, y_m }) => map.camera.at(x_m, y_m));

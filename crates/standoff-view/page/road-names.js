@@ -22,7 +22,7 @@ function drawRoadNames(map, { ctx, labels }) {
     const place = placesOf(camera, points, ctx.measureText(name).width).find(isFree);
     if (!place) continue;
     const [x, y, angle_rad, box] = place;
-    labels.taken.push(box);
+    labels.take(box);
     places.set(name, [...known, [x, y]]);
     ctx.save();
     ctx.translate(x, y);

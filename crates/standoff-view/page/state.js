@@ -174,8 +174,9 @@ function agentsText(replayData, scene) {
   return [...shownState, ...notReceived, disagreementText(replayData, stepIndex)].filter(Boolean);
 }
 
-/** Fills the body of a table. Existing cells are reused, so that the selection and the focus stay. */
+/** Fills the body of a table, a long one only while it is visible. Existing cells are reused, so that the selection and the focus stay. */
 function rows(body, columns, items, isChosen) {
+  if (items.length > FEW_ROWS && body.closest("[role=tabpanel]").hidden) return;
   while (body.rows.length > items.length) body.deleteRow(-1);
   items.forEach((item, index) => {
     const row = body.rows[index] ?? body.insertRow();
