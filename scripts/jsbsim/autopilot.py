@@ -63,7 +63,7 @@ class Autopilot:
         }
         # Commands that arrived in another mode than GUIDED, and messages that would arm or change the mode.
         self.violations = []
-        # Times from sending a position to the arrival of the next roll target at the socket, s.
+        # Times from sending the first unanswered position to the arrival of the next roll target at the socket, s.
         self.latencies_s = []
         self.position_sent_at = None
         self.roll_targets = 0
@@ -125,7 +125,9 @@ class Autopilot:
                 boot_ms, aircraft.roll_rad, aircraft.pitch_rad, wrap(aircraft.yaw_rad), *aircraft.rates_rad_s))
         if self.loops % 5 == 0:
             point = (round(aircraft.latitude_deg * 1e7), round(aircraft.longitude_deg * 1e7))
-            self.position_sent_at = time.clock_gettime(time.CLOCK_REALTIME)
+            # An unanswered position keeps its time, so that late answers count as late.
+            if self.position_sent_at is None:
+                self.position_sent_at = time.clock_gettime(time.CLOCK_REALTIME)
             self.send(mavlink.MAVLink_global_position_int_message(
                 boot_ms, *point, round((aircraft.sea_level_m + aircraft.altitude_m) * 1e3),
                 round(aircraft.altitude_m * 1e3), round(aircraft.north_m_s * 100), round(aircraft.east_m_s * 100),
