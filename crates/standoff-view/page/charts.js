@@ -85,7 +85,7 @@ class Charts {
       return [{ of: "targets", id, name: "", note: "error", column: "position_error_m", colour: palette().ink, dash: "solid", factor: 1, times_s, values: error_m }];
     }
     const curves = this.runs.map(({ replayData }) => spec.curves.flatMap((kind) => {
-      const all = [...this.curvesOfKind(kind, spec.factor, replayData)];
+      const all = this.curvesOfKind(kind, spec.factor, replayData);
       if (!this.isMany(kind.of) || this.only[kind.of]?.size) return all.filter((curve) => this.isShown(curve));
       return [...summaryOf(all), ...all.filter((curve) => this.isFront(curve))];
     }));
@@ -93,13 +93,13 @@ class Charts {
   }
 
   /** The curves of one kind from one run, with a factor from SI units. */
-  *curvesOfKind({ of, column, note, dash, ink }, factor, replayData) {
-    for (const id of of === "run" ? [0] : replayData.ids[of]) {
-      const values = replayData.series(of, column, id);
-      if (values.every(Number.isNaN)) continue;
+  curvesOfKind({ of, column, note, dash, ink }, factor, replayData) {
+    const curves = (of === "run" ? [0] : replayData.ids[of]).map((id) => {
       const colour = ink ? palette()[ink] : curveColour(replayData, of, id);
-      yield { of, id, name: curveName(of, id), note, column, colour, dash, factor, times_s: replayData.times_s, values };
-    }
+      const values = replayData.series(of, column, id);
+      return { of, id, name: curveName(of, id), note, column, colour, dash, factor, times_s: replayData.times_s, values };
+    });
+    return curves.filter(({ values }) => !values.every(Number.isNaN));
   }
 
   isShown({ of, id }) {

@@ -72,7 +72,7 @@ function saveCsv(charts) {
   const { replayData } = charts;
   const one = { uavs: "uav_", groups: "group_", intruders: "intruder_", targets: "target_" };
   const added = charts.panels.map(({ spec }) => spec).filter(({ isAdded }) => isAdded);
-  const all = [...PANELS, ...added].flatMap(({ curves, factor }) => curves.flatMap((kind) => [...charts.curvesOfKind(kind, factor, replayData)]));
+  const all = [...PANELS, ...added].flatMap(({ curves, factor }) => curves.flatMap((kind) => charts.curvesOfKind(kind, factor, replayData)));
   const headOf = ({ of, id, column }) => (of === "run" ? `run_${column}` : `${one[of]}${id}_${column}`);
   // An added panel may show a column of another panel.
   const curves = [...new Map(all.map((curve) => [headOf(curve), curve])).values(), ...(charts.target ? charts.curvesOf(TARGET_PANEL) : [])];

@@ -34,6 +34,7 @@ class Labels {
     this.take([x - r, y - r, x + r, y + r]);
   }
 
+  /** Keeps labels away from a box. */
   take(box) {
     for (const cell of Labels.cells(box)) {
       if (!this.taken.has(cell)) this.taken.set(cell, []);

@@ -18,22 +18,21 @@ class Legend {
 
   /** UAVs and groups that have a button, and a text about the others. */
   entries() {
-    const { charts } = this;
-    const { replayData, clock, only, front } = charts;
+    const { replayData, clock, only, front } = this.charts;
     const stepIndex = replayData.stepAt(clock.time_s);
-    const kinds = ["uavs", "groups"];
-    const isMany = (of) => charts.isMany(of);
-    const [uavs, groups] = kinds.map((of) => charts.idsOf(of));
-    const isNow = (id) => groups.length <= MAX_GROUPS || !Number.isNaN(replayData.value("groups", "x_m", id, stepIndex));
-    const isListed = (of, id) => only[of].has(id) || (isMany(of) ? front?.[of].has(id) : of === "uavs" || isNow(id));
-    const shown = { uavs: uavs.filter((id) => isListed("uavs", id)), groups: groups.filter((id) => isListed("groups", id)) };
-    const many = kinds.filter(isMany).map((of) => `${formatCount(charts.idsOf(of).length)} ${of === "uavs" ? "UAVs" : "groups"}`);
-    const left = groups.length - shown.groups.length;
-    const summary = many.length ? `${many.join(", ")}: smallest, median and largest value; select an object to add its curves` : "";
-    return {
-      names: kinds.flatMap((of) => shown[of].map((id) => ({ of, id }))),
-      rest: summary || (left ? `and ${left} groups at other times` : ""),
-    };
+    const isNow = (id) => !Number.isNaN(replayData.value("groups", "x_m", id, stepIndex));
+    const [names, many, others] = [[], [], []];
+    for (const [of, kind] of [["uavs", "UAVs"], ["groups", "groups"]]) {
+      const ids = this.charts.idsOf(of);
+      const isMany = this.charts.isMany(of);
+      const isListed = isMany ? (id) => front?.[of].has(id) : of === "groups" && ids.length > MAX_GROUPS ? isNow : () => true;
+      const listed = ids.filter((id) => only[of].has(id) || isListed(id));
+      names.push(...listed.map((id) => ({ of, id })));
+      if (isMany) many.push(`${formatCount(ids.length)} ${kind}`);
+      else if (listed.length < ids.length) others.push(`and ${ids.length - listed.length} ${kind} at other times`);
+    }
+    if (many.length) others.unshift(`${many.join(", ")}: smallest, median and largest value; select an object to add its curves`);
+    return { names, rest: others.join("; ") };
   }
 
   /** Updates the buttons. */

@@ -1,11 +1,5 @@
 // A replay in memory: decodes its data and looks up values by time. `src/replay.rs` describes the format.
 
-/** Decompresses gzip data. */
-async function inflate(bytes) {
-  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
-  return new Uint8Array(await new Response(stream).arrayBuffer());
-}
-
 /** Numbers by column, object and time step; NaN for missing values. */
 class Table {
   constructor(directory, stepCount, bytes) {

@@ -90,7 +90,7 @@ const SWEEP: &str = include_str!("../page/sweep.html");
 /// Chart script (plotly.js), gzipped. A constant could be in the program twice.
 pub(crate) static CHARTS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/plotly.js.gz"));
 
-/// Decompresses the page script and runs it. It is the only script of a report in plain text.
+/// Decompresses the parts of a report, and runs the page script. It is the only script of a report in plain text.
 const START: &str = include_str!("../page/boot.js");
 
 /// Content security policy of a report: only its own contents may run, and nothing is fetched.
