@@ -375,7 +375,7 @@ mod tests {
         let uav = banking();
         for (from_m_s, to_m_s, turn_rate_rad_s) in [(40.0, 25.0, 0.0), (40.0, 55.0, 0.15), (40.0, 39.0, -0.15)] {
             let (state, command) = (east(from_m_s, turn_rate_rad_s), Command { speed_m_s: to_m_s, turn_rate_rad_s });
-            let course = PredictedTrajectory::of(&state, Intent::held(command), &uav, 0.0);
+            let course = PredictedTrajectory::of(&state, Intent::held(command), &uav, 0.0).sampled();
             let mut motion = Motion::steady(&uav, &state);
             for step in 1..=16 {
                 motion = uav.response(Duration::from_s(0.5)).advance(&motion, command);

@@ -147,8 +147,14 @@ impl EscapeModel {
         let (mut from, mut worst, mut sum) = (relative(0), 0.0, 0.0);
         let short = |distance_m: f64| ((required_m - distance_m) / required_m).max(0.0);
         let pieces = self.pieces[0] + self.pieces[1];
+        let required_m2 = required_m * required_m;
         for piece in 1..=pieces {
             let to = relative(piece);
+            // Far apart, and both ends of the piece within the required distance of each other.
+            if to.norm_squared() > 4.01 * required_m2 && (to - from).norm_squared() < required_m2 {
+                from = to;
+                continue;
+            }
             worst = f64::max(worst, short(least_length([from, to])));
             sum += short(to.norm());
             from = to;
@@ -184,10 +190,12 @@ impl EscapeModel {
 
 /// Chooses a side for each UAV so that the largest shortfall is as small as possible; returns that shortfall and the
 /// sides. `short(i, s, j, t)` is the shortfall of UAV `i` on side `s` with UAV `j` on side `t`; for `i` equal to `j`, that
-/// of UAV `i` alone. Of equal choices, the preferred sides count.
+/// of UAV `i` alone. It is called once for each combination that is compared. Of equal choices, the preferred sides count.
 pub(crate) fn choose_sides(preferred: &[Side], short: impl Fn(usize, Side, usize, Side) -> f64) -> (f64, Vec<Side>) {
     struct Search<S> {
         short: S,
+        /// Shortfalls of the last UAV and each other one, by sides and numbers; NaN if not yet computed.
+        known: Vec<f64>,
         chosen: Vec<Side>,
         best: (f64, Vec<Side>),
     }
@@ -203,14 +211,22 @@ pub(crate) fn choose_sides(preferred: &[Side], short: impl Fn(usize, Side, usize
             };
             for side in first.with_other() {
                 self.chosen.push(side);
-                let all = self.chosen.iter().enumerate();
-                let most = all.map(|(other, at)| (self.short)(index, side, other, *at)).fold(worst, f64::max);
+                let Self { short, known, chosen, .. } = self;
+                let mut most = worst;
+                for (other, at) in chosen.iter().enumerate() {
+                    let known = &mut known[4 * (index * preferred.len() + other) + 2 * side as usize + *at as usize];
+                    if known.is_nan() {
+                        *known = short(index, side, other, *at);
+                    }
+                    most = most.max(*known);
+                }
                 self.place(preferred, most);
                 self.chosen.pop();
             }
         }
     }
-    let mut search = Search { short, chosen: Vec::new(), best: (f64::INFINITY, preferred.to_vec()) };
+    let known = vec![f64::NAN; 4 * preferred.len() * preferred.len()];
+    let mut search = Search { short, known, chosen: Vec::new(), best: (f64::INFINITY, preferred.to_vec()) };
     search.place(preferred, 0.0);
     search.best
 }

@@ -72,10 +72,15 @@ impl Arc {
         self.speed_m_s + self.excess_m_s * share
     }
 
-    /// Displacement after a time, and sine and cosine of the angle turned.
+    /// Angle turned after a time, rad.
     #[inline]
-    fn flown(&self, after_s: f64) -> (Displacement, (f64, f64)) {
-        let (sin, cos) = math::sin_cos(self.turn_rate_rad_s * after_s);
+    fn turned_rad(&self, after_s: f64) -> f64 {
+        self.turn_rate_rad_s * after_s
+    }
+
+    /// Displacement after a time, given sine and cosine of the angle turned.
+    #[inline]
+    fn flown(&self, after_s: f64, (sin, cos): (f64, f64)) -> Displacement {
         // Slower turns change the position by less than a centimetre within the prediction horizon.
         let (along_s, aside_s) = match self.turn_rate_rad_s {
             slow if slow.abs() < 1e-6 => (after_s, 0.0),
@@ -83,17 +88,17 @@ impl Arc {
         };
         let mean_m_s = self.mean_m_s(after_s);
         let [x, y] = self.ahead.map(|part| part * mean_m_s);
-        (Displacement::from_m(x * along_s - y * aside_s, y * along_s + x * aside_s), (sin, cos))
+        Displacement::from_m(x * along_s - y * aside_s, y * along_s + x * aside_s)
     }
 
     /// The arc that continues this one after a time, at another turn rate.
     fn then(&self, after_s: f64, turn_rate_rad_s: f64) -> Self {
-        let (flown, (sin, cos)) = self.flown(after_s);
+        let (sin, cos) = math::sin_cos(self.turned_rad(after_s));
         let [x, y] = self.ahead;
         let change_s = (self.change_s - after_s).max(0.0);
         let excess_m_s = if change_s > 0.0 { self.excess_m_s * change_s / self.change_s } else { 0.0 };
         Self {
-            from: self.from + flown,
+            from: self.from + self.flown(after_s, (sin, cos)),
             ahead: [x * cos - y * sin, y * cos + x * sin],
             excess_m_s,
             change_s,
@@ -150,21 +155,20 @@ impl PredictedTrajectory {
         self
     }
 
-    /// Predicted position `after_s` seconds from now.
-    #[inline]
-    pub(crate) fn at(&self, after_s: f64) -> Position {
-        let ([first, second, third], [second_s, third_s]) = (&self.arcs, self.begin_s);
-        let (arc, after_s) = match after_s + self.age_s {
-            at_s if at_s < second_s => (first, at_s),
-            at_s if at_s < third_s => (second, at_s - second_s),
-            at_s => (third, at_s - third_s),
-        };
-        arc.from + arc.flown(after_s).0
-    }
-
     /// Positions at regular times from now on.
     pub(crate) fn sampled(&self) -> SampledTrajectory {
-        SampledTrajectory(core::array::from_fn(|sample| self.at(sample as f64 * SampledTrajectory::STEP_S)))
+        let ([first, second, third], [second_s, third_s]) = (&self.arcs, self.begin_s);
+        let arcs: [(&Arc, f64); SampledTrajectory::SAMPLES] =
+            core::array::from_fn(|sample| match sample as f64 * SampledTrajectory::STEP_S + self.age_s {
+                at_s if at_s < second_s => (first, at_s),
+                at_s if at_s < third_s => (second, at_s - second_s),
+                at_s => (third, at_s - third_s),
+            });
+        let directions = math::sin_cos_batch(arcs.map(|(arc, after_s)| arc.turned_rad(after_s)));
+        SampledTrajectory(core::array::from_fn(|sample| {
+            let (arc, after_s) = arcs[sample];
+            arc.from + arc.flown(after_s, directions[sample])
+        }))
     }
 
     /// Lower bound of the distance of two trajectories within a time, m; usually a coarse bound.
