@@ -2,18 +2,20 @@
 //!
 //! `work KIND REPETITIONS`; docs/benchmarks.md describes the kinds.
 
+mod equations;
 #[path = "../../standoff/benches/pieces/mod.rs"]
 mod pieces;
 
 use std::hint::black_box;
 use std::process::ExitCode;
 
+use equations::Equations;
 use pieces::FleetTicks;
 use standoff_score::MetricSelection;
 use standoff_sim::run::fly;
 use standoff_sim::scenario::{Overrides, ScenarioTemplate};
 
-const USAGE: &str = "usage: work KIND REPETITIONS, where KIND is one of filter, agent, fleet-tick, draw, pair, pair-standard, pair-all, figure-9";
+const USAGE: &str = "usage: work KIND REPETITIONS, where KIND is one of filter, agent, fleet-tick, draw, equations, pair, pair-standard, pair-all, figure-9";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -32,6 +34,15 @@ fn main() -> ExitCode {
             repeat(n, || {
                 seed += 1;
                 template.draw(seed).expect("a scenario of any seed")
+            });
+        }
+        "equations" => {
+            let equations =
+                Equations::new(template("paper/table-2-pair").draw(0).expect("a scenario of any seed").settings);
+            let mut seed = 0;
+            repeat(n, || {
+                seed += 1;
+                equations.fly(seed)
             });
         }
         "pair" => fly_each(n, "paper/table-2-pair", "table-2"),

@@ -175,6 +175,7 @@ impl Displacement {
 
     /// [Directions](Self::direction) of several displacements. Same results, but faster.
     #[inline]
+    #[cfg_attr(feature = "research", visibility::make(pub))]
     pub(crate) fn direction_batch<const N: usize>(displacements: [Self; N]) -> [Angle; N] {
         let directions_rad = math::atan2_batch(displacements.map(|displacement| (displacement.y_m, displacement.x_m)));
         core::array::from_fn(|i| Angle::from_arc_rad(directions_rad[i]))

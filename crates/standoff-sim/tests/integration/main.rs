@@ -8,6 +8,9 @@ mod consistency;
 mod controllers;
 mod derived_columns;
 mod dynamics;
+mod equations;
+#[path = "../../examples/equations/mod.rs"]
+mod equations_alone;
 mod intruders;
 mod missions;
 mod monte_carlo;

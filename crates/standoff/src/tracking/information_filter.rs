@@ -45,6 +45,7 @@ impl Contribution {
     /// Like [`Self::from_measurement`] for several measurements, each with its own UAV position, predicted target
     /// position, and weights (inverse variances) of range and bearing. Same results, but faster.
     #[inline]
+    #[cfg_attr(feature = "research", visibility::make(pub))]
     pub(crate) fn from_measurements<const N: usize>(
         measurements: [(Position, RangeBearingMeasurement, Position); N],
         weights: [[f64; 2]; N],
