@@ -452,8 +452,11 @@ def equations_10_11(y, information, looks, sensor):
 
 def is_near(uav, predicted, p, sensor):
     """Returns whether a measurement is integrated instead of linearised (docs/sensing.md)."""
+    if sensor["near_range_m"] == 0.0:
+        return False
     distance = equation_7(uav, predicted)[0]
-    return distance < sensor["near_range_m"] and np.trace(p[np.ix_(POSITION, POSITION)]) > 1e-3 * distance**2
+    fraction = 1e-3 if distance < sensor["near_range_m"] else 2.0 * sensor["linear_sd_fraction_max"] ** 2
+    return fraction > 0.0 and np.trace(p[np.ix_(POSITION, POSITION)]) > fraction * distance**2
 
 
 def integrated(y, information, uav, z, sensor):

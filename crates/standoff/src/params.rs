@@ -273,6 +273,10 @@ params! {
             /// Range below which a measurement updates a track without being linearised, if the predicted position is
             /// uncertain; 0, as in the paper: never.
             pub(crate) near_range_m = 0.0 => 300.0, "m", "filter.near_range_m", Allowed::at_least(0.0).at_most(1e6);
+            /// Largest standard deviation of a predicted position per axis, as a fraction of its range, at which a
+            /// measurement beyond `near_range_m` is linearised; 0, or if `near_range_m` is 0: any.
+            pub(crate) linear_sd_fraction_max = 0.1, "1", "filter.linear_sd_fraction_max",
+                Allowed::at_least(0.0).at_most(100.0);
             /// Standard deviation of the error of a UAV's own position, per axis.
             pub(crate) own_position_sd_m = 0.0, "m", "filter.own_position_sd_m", Allowed::at_least(0.0).at_most(1e4);
             /// Correlation time of that error.

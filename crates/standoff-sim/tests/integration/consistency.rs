@@ -134,6 +134,7 @@ const SENSOR: SensorParams = SensorParams {
     false_alarms_per_scan: 0.0,
     new_targets_per_scan: 1.0,
     near_range_m: 0.0,
+    linear_sd_fraction_max: 0.1,
     own_position_sd_m: 0.0,
     own_position_correlation_s: 30.0,
     own_heading_sd_rad: 0.0,

@@ -86,6 +86,7 @@ const KEYS: &[Key] = &[
     ("navigation.correlation_s", 30.0, 0.0, 1e6),
     ("navigation.heading_bias_deg", 0.0, 0.0, 180.0),
     ("filter.near_range_m", 300.0, 0.0, 1e6),
+    ("filter.linear_sd_fraction_max", 0.1, 0.0, 100.0),
     ("filter.own_position_sd_m", 0.0, 0.0, 1e4),
     ("filter.own_position_correlation_s", 30.0, 0.0, 1e6),
     ("filter.own_heading_sd_deg", 0.0, 0.0, 180.0),

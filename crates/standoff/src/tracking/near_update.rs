@@ -1,4 +1,5 @@
-//! Update of a target's position with a measurement from nearby, where a linearised bearing is overconfident.
+//! Update of a target's position with a measurement from nearby, or of a very uncertain target, where a linearised
+//! bearing is overconfident.
 //!
 //! The update of (10), (11) linearises a measurement at the predicted position. That is wrong if the position is not
 //! known much better than its distance from the UAV: an error of the predicted range turns into one across the line of
@@ -88,7 +89,11 @@ impl SensorParams {
     #[inline]
     pub(crate) fn is_near(&self, uav: Position, predicted: Position, trace_m2: impl Fn() -> f64) -> bool {
         let squared_m2 = uav.squared_distance_m2(predicted);
-        squared_m2 < self.near_range_m * self.near_range_m && trace_m2() > LINEAR_MAX * squared_m2
+        if squared_m2 < self.near_range_m * self.near_range_m {
+            return trace_m2() > LINEAR_MAX * squared_m2;
+        }
+        let fraction = self.linear_sd_fraction_max;
+        self.near_range_m > 0.0 && fraction > 0.0 && trace_m2() > 2.0 * fraction * fraction * squared_m2
     }
 }
 
@@ -424,7 +429,7 @@ mod tests {
         assert!(!sensor.is_near(uav, estimate.state.position(), trace_m2(0.999)));
         assert!(!TeamParams::paper().track.sensor.is_near(uav, estimate.state.position(), trace_m2(1e6)));
         let farther = estimate.state.position() + Displacement::from_m(20.0, 0.0);
-        assert!(!sensor.is_near(uav, farther, trace_m2(1e6)));
+        assert!(!sensor.is_near(uav, farther, trace_m2(1.001)));
         estimate.covariance =
             estimate.covariance * (LINEAR_MAX * 285.0 * 285.0 / estimate.position_covariance().trace());
         let [near, linearised] = errors(&estimate, None, [10.0, 3.0], 0.0);
@@ -432,6 +437,28 @@ mod tests {
             (near[0] - linearised[0]).abs() < 0.02 && (near[1] / linearised[1] - 1.0).abs() < 0.002,
             "{near:?} {linearised:?}"
         );
+    }
+
+    /// Standard deviations per axis of 8 % to 30 % of a range of 800 m. From 10 % on, the measurement is not linearised.
+    #[test]
+    fn uncertain_targets_are_updated_without_linearisation_at_any_range() {
+        let sensor = TeamParams::recommended().track.sensor;
+        let always_linearised = SensorParams { linear_sd_fraction_max: 0.0, ..sensor };
+        let paper = TeamParams::paper().track.sensor;
+        for sd_m in [64.0, 79.0, 81.0, 160.0, 240.0] {
+            let mut estimate = prior(805.0, -3.0, sd_m);
+            estimate.covariance = Covariance::from_diagonal([sd_m * sd_m, 25.0, 0.01, sd_m * sd_m, 25.0, 0.01]);
+            let uav = near(0.0, 0.0, [10.0, 3.0]).uav;
+            let is_near = |sensor: &SensorParams| {
+                sensor.is_near(uav, estimate.state.position(), || estimate.position_covariance().trace())
+            };
+            assert_eq!(is_near(&sensor), sd_m > 80.0, "{sd_m}");
+            assert!(!is_near(&always_linearised) && !is_near(&paper));
+            let [integrated, linearised] = errors(&estimate, None, [10.0, 3.0], 0.0);
+            assert!((1.85..2.15).contains(&integrated[0]), "{sd_m}: {integrated:?}");
+            assert!(integrated[1] < linearised[1], "{sd_m}: {integrated:?} {linearised:?}");
+            assert!(sd_m < 80.0 || linearised[0] > 2.5, "{sd_m}: {linearised:?}");
+        }
     }
 
     /// A prediction that excludes the measurement is updated as before; nothing becomes invalid.
