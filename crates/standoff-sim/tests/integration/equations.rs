@@ -22,7 +22,6 @@ fn the_equations_alone_fly_the_mission_of_the_runs() {
             sum.iter_mut().zip(errors).for_each(|(sum, error)| *sum += error / runs as f64);
         }
     }
-    eprintln!("{sums:?}");
     for (alone, flown) in sums[0].iter().zip(sums[1]) {
         assert!((alone / flown - 1.0).abs() < 0.08, "{sums:?}");
     }

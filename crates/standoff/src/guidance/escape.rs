@@ -190,7 +190,7 @@ impl EscapeModel {
 
 /// Chooses a side for each UAV so that the largest shortfall is as small as possible; returns that shortfall and the
 /// sides. `short(i, s, j, t)` is the shortfall of UAV `i` on side `s` with UAV `j` on side `t`; for `i` equal to `j`, that
-/// of UAV `i` alone. It is called once for each combination that is compared. Of equal choices, the preferred sides count.
+/// of UAV `i` alone. It is called at most once with the same arguments. Of equal choices, the preferred sides count.
 pub(crate) fn choose_sides(preferred: &[Side], short: impl Fn(usize, Side, usize, Side) -> f64) -> (f64, Vec<Side>) {
     struct Search<S> {
         short: S,
