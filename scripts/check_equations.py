@@ -435,7 +435,7 @@ def equations_10_11(y, information, looks, sensor):
     p = inverse(information)
     x = p @ y
     r_inverse = np.diag([sensor["range_sd_m"] ** -2, np.radians(sensor["bearing_sd_deg"]) ** -2])
-    near = [is_near(uav, x[POSITION], p, sensor) for uav, _ in looks]
+    near = [is_nonlinear(uav, x[POSITION], p, sensor) for uav, _ in looks]
     for (uav, z), is_integrated in zip(looks, near):
         if is_integrated:
             continue
@@ -450,7 +450,7 @@ def equations_10_11(y, information, looks, sensor):
     return y, information
 
 
-def is_near(uav, predicted, p, sensor):
+def is_nonlinear(uav, predicted, p, sensor):
     """Returns whether a measurement is integrated instead of linearised (docs/sensing.md)."""
     if sensor["near_range_m"] == 0.0:
         return False

@@ -87,7 +87,7 @@ impl SensorParams {
     /// Returns true if a measurement from `uav` must not be linearised at a predicted position, whose covariance has
     /// this trace, m2.
     #[inline]
-    pub(crate) fn is_near(&self, uav: Position, predicted: Position, trace_m2: impl Fn() -> f64) -> bool {
+    pub(crate) fn is_nonlinear(&self, uav: Position, predicted: Position, trace_m2: impl Fn() -> f64) -> bool {
         let squared_m2 = uav.squared_distance_m2(predicted);
         if squared_m2 < self.near_range_m * self.near_range_m {
             return trace_m2() > LINEAR_MAX * squared_m2;
@@ -418,18 +418,18 @@ mod tests {
         }
     }
 
-    /// At the limit of `is_near`, both updates have nearly the same variances and errors.
+    /// At the limit of `is_nonlinear`, both updates have nearly the same variances and errors.
     #[test]
     fn both_updates_agree_where_they_meet() {
         let sensor = TeamParams::recommended().track.sensor;
         let mut estimate = prior(290.0, -3.0, 8.0);
         let trace_m2 = |factor: f64| move || factor * LINEAR_MAX * 285.0 * 285.0;
         let uav = near(285.0, 0.0, [10.0, 3.0]).uav;
-        assert!(sensor.is_near(uav, estimate.state.position(), trace_m2(1.001)));
-        assert!(!sensor.is_near(uav, estimate.state.position(), trace_m2(0.999)));
-        assert!(!TeamParams::paper().track.sensor.is_near(uav, estimate.state.position(), trace_m2(1e6)));
+        assert!(sensor.is_nonlinear(uav, estimate.state.position(), trace_m2(1.001)));
+        assert!(!sensor.is_nonlinear(uav, estimate.state.position(), trace_m2(0.999)));
+        assert!(!TeamParams::paper().track.sensor.is_nonlinear(uav, estimate.state.position(), trace_m2(1e6)));
         let farther = estimate.state.position() + Displacement::from_m(20.0, 0.0);
-        assert!(!sensor.is_near(uav, farther, trace_m2(1.001)));
+        assert!(!sensor.is_nonlinear(uav, farther, trace_m2(1.001)));
         estimate.covariance =
             estimate.covariance * (LINEAR_MAX * 285.0 * 285.0 / estimate.position_covariance().trace());
         let [near, linearised] = errors(&estimate, None, [10.0, 3.0], 0.0);
@@ -449,11 +449,11 @@ mod tests {
             let mut estimate = prior(805.0, -3.0, sd_m);
             estimate.covariance = Covariance::from_diagonal([sd_m * sd_m, 25.0, 0.01, sd_m * sd_m, 25.0, 0.01]);
             let uav = near(0.0, 0.0, [10.0, 3.0]).uav;
-            let is_near = |sensor: &SensorParams| {
-                sensor.is_near(uav, estimate.state.position(), || estimate.position_covariance().trace())
+            let is_nonlinear = |sensor: &SensorParams| {
+                sensor.is_nonlinear(uav, estimate.state.position(), || estimate.position_covariance().trace())
             };
-            assert_eq!(is_near(&sensor), sd_m > 80.0, "{sd_m}");
-            assert!(!is_near(&always_linearised) && !is_near(&paper));
+            assert_eq!(is_nonlinear(&sensor), sd_m > 80.0, "{sd_m}");
+            assert!(!is_nonlinear(&always_linearised) && !is_nonlinear(&paper));
             let [integrated, linearised] = errors(&estimate, None, [10.0, 3.0], 0.0);
             assert!((1.85..2.15).contains(&integrated[0]), "{sd_m}: {integrated:?}");
             assert!(integrated[1] < linearised[1], "{sd_m}: {integrated:?} {linearised:?}");

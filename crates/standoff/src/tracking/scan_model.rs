@@ -235,15 +235,15 @@ impl<'a> ScanModel<'a> {
         Some((posterior, density * (1.0 - blind)))
     }
 
-    fn is_near(&self, target: &Gaussian) -> bool {
+    fn is_nonlinear(&self, target: &Gaussian) -> bool {
         let trace_m2 = || target.covariance[(0, 0)] + target.covariance[(3, 3)];
-        self.sensor.is_near(self.uav.position, position(target), trace_m2)
+        self.sensor.is_nonlinear(self.uav.position, position(target), trace_m2)
     }
 
     /// Updates a target with the range and bearing of a detection from nearby, and returns their density; `None` if they
     /// can be linearised.
     fn update_near(&self, target: &mut Gaussian, detection: &Detection) -> Option<f64> {
-        if !self.is_near(target) {
+        if !self.is_nonlinear(target) {
             return None;
         }
         let mut estimate = Estimate::from(&*target);
@@ -324,7 +324,7 @@ impl<'a> ScanModel<'a> {
             let turning = (relative - unit * expected_m_s) / range_m;
             let h = velocity_row(&unit) + position_row(&turning);
             let mut rate = of(h, rate_m_s - expected_m_s, range_rate_sd_m_s, self.speed_across_m_s(&unit))?;
-            if self.is_near(target) {
+            if self.is_nonlinear(target) {
                 // Variance of the second-order term: errors along and across the line of sight turn it together.
                 let rows = [unit, Vector2::new(-unit.y, unit.x)].map(|direction| position_row(&direction));
                 let [along, mixed, across] =

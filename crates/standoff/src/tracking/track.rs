@@ -179,7 +179,7 @@ impl Track {
         let mut filter = InformationFilter::new(estimate).filter(|_| is_well_posed(&estimate.covariance.matrix()))?;
         let (mut sum, mut near) = (Contribution::default(), Vec::new());
         for (uav, measurement) in measurements {
-            if params.sensor.is_near(uav, position, || covariance.trace()) {
+            if params.sensor.is_nonlinear(uav, position, || covariance.trace()) {
                 let SensorParams { own_position_sd_m, own_heading_sd_rad, .. } = params.sensor;
                 let position = Matrix2::from_diagonal_element(own_position_sd_m * own_position_sd_m);
                 let of_pose = (position, own_heading_sd_rad * own_heading_sd_rad);

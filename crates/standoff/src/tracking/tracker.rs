@@ -161,7 +161,7 @@ impl Tracker {
             let estimate = tracks.rows()[*track_index].track().estimate();
             let ((uav, measurement), predicted) = (scans.measurement(*detection), estimate.state.position());
             let prior = || estimate.position_covariance();
-            if scans.sensor.is_near(uav, predicted, || prior().trace()) {
+            if scans.sensor.is_nonlinear(uav, predicted, || prior().trace()) {
                 let of_pose = scans.sensor.pose_covariance(scans.pose_error.as_ref(), uav, predicted, prior);
                 near.push((*track_index, *detection, NearMeasurement::new(scans.sensor, uav, measurement, of_pose)));
                 *weight = 0.0;
