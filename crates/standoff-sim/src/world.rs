@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Vector6};
 use standoff::research::Transition;
 use standoff::{Position, TargetState, Time, Velocity};
 
-use crate::random::{Draws, Stream};
+use crate::random::{Draw, Draws, Stream};
 use crate::scenario::{Manoeuvre, Scenario, Targets};
 use crate::target_id::TargetId;
 use crate::traffic::{Traffic, Vehicle};
@@ -89,10 +89,8 @@ impl World {
         let Kind::Random(random) = &mut self.kind else { return };
         let Random { states, transition, noise_factor, .. } = &mut **random;
         for (index, state) in states.iter_mut().enumerate() {
-            let [a, b, c, d, e, f] = self.draws.at(Stream::TargetMotion, index as u64, self.tick).normals();
-            let ([x, vx, ax], [y, vy, ay]) = (shaped(noise_factor, [a, b, c]), shaped(noise_factor, [d, e, f]));
-            let noise = Vector6::new(x, vx, ax, y, vy, ay);
-            *state = TargetState(transition.predict(state).0 + noise);
+            *state =
+                moved(state, transition, noise_factor, self.draws.at(Stream::TargetMotion, index as u64, self.tick));
         }
     }
 
@@ -117,6 +115,14 @@ impl World {
             }
         }
     }
+}
+
+/// Returns the state of a randomly moving target one period later (5). `noise_factor` turns three standard normals into
+/// the process noise of one axis.
+pub fn moved(state: &TargetState, transition: &Transition, noise_factor: &Matrix3<f64>, mut draw: Draw) -> TargetState {
+    let [a, b, c, d, e, f] = draw.normals();
+    let ([x, vx, ax], [y, vy, ay]) = (shaped(noise_factor, [a, b, c]), shaped(noise_factor, [d, e, f]));
+    TargetState(transition.predict(state).0 + Vector6::new(x, vx, ax, y, vy, ay))
 }
 
 /// Multiplies a lower triangular matrix by three standard normals.

@@ -6,7 +6,7 @@
 
 use core::array::from_fn;
 
-use nalgebra::{Matrix3, Vector3, Vector6};
+use nalgebra::Matrix3;
 use standoff::research::{
     AutopilotModel, Centroid, Contribution, GroupCentre, InformationFilter, Orbit, Ramp, Spread, Transition, math,
     steer,
@@ -17,6 +17,7 @@ use standoff::{
 };
 use standoff_sim::random::{Draws, Stream};
 use standoff_sim::scenario::Settings;
+use standoff_sim::world::moved;
 
 const TARGETS: usize = 4;
 const UAVS: usize = 2;
@@ -50,7 +51,7 @@ impl Equations {
 
     /// Flies the mission of a seed.
     pub(crate) fn fly(&self, seed: u64) -> Means {
-        let Self { settings, transition, autopilot, variances, .. } = self;
+        let Self { settings, transition, noise_factor, autopilot, variances } = self;
         let draws = Draws::new(seed);
         let mut start = draws.at(Stream::Scenario, 0, 0);
         let acceleration_sd_m_s2 = variances[2].sqrt();
@@ -78,7 +79,9 @@ impl Equations {
         let mut centre = GroupCentre::start(&centroid(&filters)).expect("a positive definite covariance");
         let mut sums = [0.0; 5];
         for step in 1..=STEPS {
-            self.move_targets(&mut truth, draws, step);
+            for (index, state) in (0..).zip(&mut truth) {
+                *state = moved(state, transition, noise_factor, draws.at(Stream::TargetMotion, index, step));
+            }
             self.track(&mut filters, &truth, &uavs, draws, step);
             centre = centre.advance(transition, &centroid(&filters)).expect("a positive definite covariance");
             let orbit = self.orbit(&filters, &centre);
@@ -92,17 +95,6 @@ impl Equations {
         sums.map(|sum| sum / STEPS as f64)
     }
 
-    /// Eq. (5).
-    fn move_targets(&self, truth: &mut [TargetState; TARGETS], draws: Draws, step: u64) {
-        for (index, state) in (0..).zip(truth) {
-            let [a, b, c, d, e, f] = draws.at(Stream::TargetMotion, index, step).normals();
-            let [east, north] =
-                [Vector3::new(a, b, c), Vector3::new(d, e, f)].map(|normals| self.noise_factor * normals);
-            let noise = Vector6::new(east.x, east.y, east.z, north.x, north.y, north.z);
-            *state = TargetState(self.transition.predict(state).0 + noise);
-        }
-    }
-
     /// Eq. (7) to (11).
     fn track(
         &self,
@@ -113,7 +105,7 @@ impl Equations {
         step: u64,
     ) {
         let sensor = &self.settings.team.track.sensor;
-        let weights = [sensor.range_sd_m, sensor.bearing_sd_rad].map(|sd| 1.0 / (sd * sd));
+        let weights: [f64; 2] = sensor.noise_information().diagonal().into();
         filters.iter_mut().for_each(|filter| filter.predict(&self.transition));
         let mut sums = [Contribution::default(); TARGETS];
         for (uav, UavState { position, .. }) in (0..).zip(uavs) {
