@@ -2,10 +2,9 @@
 
 use mavlink::MavHeader;
 use mavlink::dialects::ardupilotmega::{MavCmd, MavMessage};
-use standoff::research::Wind;
 use standoff::{
-    Agent, AgentOutput, Angle, Command, Cue, Diagnostics, Duration, Geofence, Message, Observation, ParamError, Scan,
-    Time, UavState, wire,
+    Agent, AgentOutput, Angle, BankParams, Command, Cue, Duration, Geofence, Message, Observation, ParamError, Scan,
+    Time, UavState, Wind, wire,
 };
 use standoff_record::Frame;
 
@@ -24,6 +23,10 @@ pub const STEP: Duration = Duration::from_us(100_000);
 
 /// Maximum delay of the program after which a time step of the agent is skipped.
 const LATE: Duration = Duration::from_us(250_000);
+
+/// Share of the turn rate of a coordinated turn at which ArduPlane airframes with stock parameters turn, measured in its
+/// simulator.
+const STOCK_TURN_FACTOR: f64 = 0.72;
 
 /// Maximum number of cues kept until the next time step.
 const CUES_MAX: usize = 1000;
@@ -75,8 +78,9 @@ pub struct Companion {
 impl Companion {
     /// Creates the program of one UAV. Returns all parameters that are out of range.
     pub fn new(mut config: Config) -> Result<Self, Vec<ParamError>> {
-        // The air outside is not calm: the wind is always estimated.
+        // The air outside is not calm, and the aircraft banks: the wind is always estimated.
         config.params.wind.get_or_insert_default();
+        config.params.uav.bank.get_or_insert(BankParams { turn_factor: STOCK_TURN_FACTOR, ..BankParams::default() });
         let agent = Agent::new(config.uav, config.params)?.with_restart_count(config.restart_count);
         let agent = agent.with_geofence(config.geofence.clone())?;
         let straight = Command { speed_m_s: config.params.uav.speed_m_s, turn_rate_rad_s: 0.0 };
@@ -95,12 +99,7 @@ impl Companion {
             observation: None,
             seen: None,
             rows: FlightRows::default(),
-            output: AgentOutput {
-                command: straight,
-                altitude_m: None,
-                pointing_target: None,
-                diagnostics: Diagnostics::default(),
-            },
+            output: AgentOutput::command_only(straight),
             damaged: 0,
             inputs: Inputs::NOTHING,
             fence: Err("not received from the autopilot".to_owned()),
@@ -210,7 +209,9 @@ impl Companion {
                 if !was_engaged {
                     self.commands.start(now, &self.vehicle);
                 }
-                let commands = self.commands.step(now, since_last, &self.vehicle, &limits, &self.output);
+                let decided_at = self.observation.map_or(now, |(observation, _)| observation.time());
+                let steps = [since_last, now - decided_at].map(|time| time.s());
+                let commands = self.commands.step(now, steps, &self.vehicle, &limits, &self.output);
                 outgoing.mavlink.extend(commands);
             }
             (Permission::SafeOrbit, _) => {

@@ -1,8 +1,8 @@
 //! Commands of the agent as messages to the autopilot: roll at every step, airspeed and altitude if they change.
 
 use mavlink::dialects::ardupilotmega::MavMessage;
-use standoff::research::{GRAVITY_M_S2, RateInputs, RateLoop, math};
-use standoff::{AgentOutput, Angle, Command, Duration, Time};
+use standoff::research::{GRAVITY_M_S2, math};
+use standoff::{AgentOutput, Angle, Command, Demand, Duration, InnerLoop, InnerLoopInputs, Time, Velocity, Wind};
 
 use crate::command;
 use crate::config::{Config, Steer};
@@ -33,7 +33,9 @@ const FENCE_MARGIN_M: f64 = 10.0;
 pub(crate) struct FlightCommands {
     altitude_m: [f64; 2],
     climb_rate_m_s: f64,
-    rate_loop: RateLoop,
+    inner_loop: InnerLoop,
+    /// Share of the coordinated turn rate at which the aircraft is expected to turn.
+    turn_factor: f64,
     steer: Steer,
     /// Time of the last command of a course.
     course_at: Option<Time>,
@@ -43,10 +45,12 @@ pub(crate) struct FlightCommands {
 
 impl FlightCommands {
     pub(crate) fn new(config: &Config) -> Self {
+        let turn_factor = config.params.uav.bank.map_or(1.0, |bank| bank.turn_factor);
         Self {
             altitude_m: config.altitude_m,
             climb_rate_m_s: config.params.uav.climb.map_or(CLIMB_RATE_M_S, |climb| climb.rate_max_m_s),
-            rate_loop: RateLoop::default(),
+            inner_loop: InnerLoop::start_at(0.0, turn_factor),
+            turn_factor,
             steer: config.steer,
             course_at: None,
             airspeed: None,
@@ -61,37 +65,25 @@ impl FlightCommands {
 
     /// Begins the stream at the current roll and altitude.
     pub(crate) fn start(&mut self, now: Time, vehicle: &Vehicle) {
-        self.rate_loop = RateLoop::start_at(vehicle.roll.map_or(0.0, |(_, roll_rad)| roll_rad));
+        self.inner_loop = InnerLoop::start_at(vehicle.roll.map_or(0.0, |(_, roll_rad)| roll_rad), self.turn_factor);
         self.course_at = None;
         self.airspeed = None;
         self.altitude = vehicle.position.map(|position| (now, position.vertical.altitude_m));
     }
 
-    /// Messages of one step.
+    /// Messages of one step, for the durations since the last one and since the time of the decision, s.
     pub(crate) fn step(
         &mut self,
         now: Time,
-        since_last: Duration,
+        since_s: [f64; 2],
         vehicle: &Vehicle,
         limits: &Limits,
         output: &AgentOutput,
     ) -> Vec<MavMessage> {
         let system_id = vehicle.system_id();
-        // With a wind estimate, the command is relative to the air, otherwise over ground.
-        let air = vehicle.air_velocity(now).filter(|_| output.diagnostics.wind.is_some());
-        let (measured_rad_s, speed_m_s) = match air {
-            Some(air) => (vehicle.heading_rate_rad_s(), Some(air.airspeed_m_s)),
-            None => (vehicle.turn_rate_rad_s(), vehicle.position.map(|position| position.speed_m_s)),
-        };
-        let inputs = RateInputs {
-            desired_rad_s: output.command.turn_rate_rad_s,
-            measured_rad_s,
-            measured_roll_rad: vehicle.roll.map(|(_, roll_rad)| roll_rad),
-            speed_m_s: speed_m_s.unwrap_or(output.command.speed_m_s),
-            roll_max_rad: limits.roll_max_rad,
-        };
-        let roll_rad = self.rate_loop.step(&inputs, since_last.s());
-        let mut messages: Vec<_> = self.steering(now, vehicle, limits, roll_rad).into_iter().collect();
+        let roll_rad = self.roll_rad(now, since_s, vehicle, limits, output);
+        let mut messages: Vec<_> =
+            roll_rad.and_then(|roll_rad| self.steering(now, vehicle, limits, roll_rad)).into_iter().collect();
 
         let airspeed_m_s = airspeed_m_s(vehicle, limits, output.command);
         let is_due = |last: Option<(Time, f64)>, value: f64, change_min: f64| {
@@ -118,6 +110,26 @@ impl FlightCommands {
             }
         }
         messages
+    }
+
+    /// Roll that the inner loop commands, rad, positive to the right; `None` without a position.
+    fn roll_rad(
+        &mut self,
+        now: Time,
+        [since_last_s, since_decision_s]: [f64; 2],
+        vehicle: &Vehicle,
+        limits: &Limits,
+        output: &AgentOutput,
+    ) -> Option<f64> {
+        let own = vehicle.state(now)?;
+        let demand = match output.path {
+            Some(path) => Demand::Path(path.guidance(since_decision_s, &own)),
+            None => Demand::Turn(output.command.turn_rate_rad_s),
+        };
+        let wind = Wind { velocity: output.diagnostics.wind.unwrap_or(Velocity::ZERO) };
+        let (roll_rad, roll_max_rad) = (vehicle.roll.map(|(_, roll_rad)| roll_rad), limits.roll_max_rad);
+        let inputs = InnerLoopInputs { demand, own, wind, roll_rad, roll_max_rad };
+        Some(self.inner_loop.step(&inputs, since_last_s))
     }
 
     /// Message that makes the aircraft fly a roll, rad, if one is due.

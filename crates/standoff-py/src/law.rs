@@ -259,6 +259,7 @@ impl Controller for CustomLaw {
         (diagnostics.speed_limited, diagnostics.turn_rate_limited) = (speed_limited, turn_rate_limited);
         AgentOutput {
             command,
+            path: None,
             pointing_target: pointing_target.or(step.pointing_target),
             altitude_m: altitude_m.or(step.altitude_m),
             diagnostics,

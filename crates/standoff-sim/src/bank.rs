@@ -3,11 +3,16 @@
 //! At the lowest commanded speed, the climb is limited to the rate at full power; at the highest one, the descent to that
 //! with the engine idle: speed has priority over height.
 //!
-//! The bank angle is commanded by [`RateLoop`], as in `standoff-fly`. `docs/dynamics.md` describes the model and its
+//! The bank angle is commanded by [`InnerLoop`], as in `standoff-fly`. `docs/dynamics.md` describes the model and its
 //! sources.
 
-use standoff::research::{GRAVITY_M_S2, RateInputs, RateLoop, density_ratio};
-use standoff::{BankParams, Command, Duration, UavParams, UavState, Vertical};
+use standoff::research::{GRAVITY_M_S2, density_ratio};
+use standoff::{
+    BankParams, Command, Demand, DesiredPath, Duration, InnerLoop, InnerLoopInputs, UavParams, UavState, Velocity,
+    Vertical, Wind,
+};
+
+use crate::navigation::NavigationError;
 
 /// Period of the bank commands, s: that of `standoff-fly`.
 const LOOP_PERIOD_S: f64 = 0.1;
@@ -19,6 +24,14 @@ const STEP_MAX_S: f64 = 0.02;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct HeldCommand {
     pub(crate) command: Command,
+    /// Path that the command leads onto, if any.
+    pub(crate) path: Option<DesiredPath>,
+    /// Wind that the UAV assumes.
+    pub(crate) assumed_wind: Wind,
+    /// Error of the state that the UAV assumes.
+    pub(crate) navigation_error: Option<NavigationError>,
+    /// Velocity of the air, m/s.
+    pub(crate) air: Velocity,
     /// Commanded altitude, m.
     pub(crate) altitude_m: Option<f64>,
     /// Height above sea level, m, if altitudes are not simulated.
@@ -46,14 +59,19 @@ fn vertical_limits_m_s(model: &BankParams, speed_m_s: f64, [lowest_m_s, highest_
 }
 
 /// Bank of an aircraft, and the loop that commands it; at the start, the wings are level.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct BankMotion {
     bank_rad: f64,
     command_rad: f64,
-    rate_loop: RateLoop,
+    inner_loop: InnerLoop,
 }
 
 impl BankMotion {
+    /// An aircraft in level flight.
+    pub(crate) fn level(model: &BankParams) -> Self {
+        Self { bank_rad: 0.0, command_rad: 0.0, inner_loop: InnerLoop::start_at(0.0, model.turn_factor) }
+    }
+
     /// Bank angle, rad, positive to the right.
     pub(crate) fn bank_rad(&self) -> f64 {
         self.bank_rad
@@ -77,20 +95,28 @@ impl BankMotion {
         let commands = (period_s / LOOP_PERIOD_S).ceil().max(1.0);
         let loop_s = period_s / commands;
         let steps = (loop_s / STEP_MAX_S).ceil().max(1.0);
-        for _ in 0..commands as u32 {
-            let inputs = RateInputs {
-                desired_rad_s: held.command.turn_rate_rad_s,
-                measured_rad_s: Some(model.turn_rate_rad_s(self.bank_rad, state.speed_m_s)),
-                measured_roll_rad: Some(self.bank_rad),
-                speed_m_s: state.speed_m_s,
-                roll_max_rad: model.bank_max_rad,
-            };
-            self.command_rad = self.rate_loop.step(&inputs, loop_s);
+        for nth in 0..commands as u32 {
+            let inputs = self.inputs(model, &state, held, f64::from(nth) * loop_s);
+            self.command_rad = self.inner_loop.step(&inputs, loop_s);
             for _ in 0..steps as u32 {
                 state = self.integrated(model, uav, &state, held, loop_s / steps);
             }
         }
         state
+    }
+
+    /// Inputs of the inner loop `after_s` seconds after the beginning of the time step.
+    fn inputs(&self, model: &BankParams, state: &UavState, held: &HeldCommand, after_s: f64) -> InnerLoopInputs {
+        let turn_rate_rad_s = model.turn_rate_rad_s(self.bank_rad, state.speed_m_s);
+        let moved = UavState { position: state.position + held.air * after_s, turn_rate_rad_s, ..*state };
+        let truth = Wind { velocity: held.air }.over_ground(&moved, 0.0);
+        let own = held.navigation_error.map_or(truth, |error| error.believed(&truth));
+        let demand = match held.path {
+            Some(path) => Demand::Path(path.guidance(after_s, &own)),
+            None => Demand::Turn(held.command.turn_rate_rad_s),
+        };
+        let (wind, roll_max_rad) = (held.assumed_wind, model.bank_max_rad);
+        InnerLoopInputs { demand, own, wind, roll_rad: Some(self.bank_rad), roll_max_rad }
     }
 
     /// State after a short step, by the midpoint rule.

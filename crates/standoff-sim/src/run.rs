@@ -6,8 +6,8 @@
 
 use standoff::research::{AutopilotModel, Grid};
 use standoff::{
-    AgentOutput, AirVelocity, Angle, Command, Message, ParamError, PointingTarget, Position, Scan, Time, UavId,
-    UavState, Velocity,
+    AgentOutput, AirVelocity, Angle, Command, DesiredPath, Message, ParamError, PointingTarget, Position, Scan, Time,
+    UavId, UavState, Velocity, Wind,
 };
 use standoff_record::agent_rows::{self, AirState, AvoidanceEvents};
 use standoff_record::{Frame, ReportedTables};
@@ -120,6 +120,10 @@ struct Uav {
     boresight: Option<Angle>,
     detections: Detections,
     command: Command,
+    /// Path that the command leads onto.
+    path: Option<DesiredPath>,
+    /// Wind that its controller assumes.
+    assumed_wind: Wind,
     /// Commanded altitude, m.
     altitude_m: Option<f64>,
     avoidance: AvoidanceEvents,
@@ -171,7 +175,7 @@ impl<B: Controller> Mission<B> {
                 id,
                 truth: state,
                 air,
-                bank: settings.team.uav.bank.map(|_| BankMotion::default()),
+                bank: settings.team.uav.bank.as_ref().map(BankMotion::level),
                 gusts,
                 believed_state: error.as_ref().map_or(state, |error| error.believed(&state)),
                 navigation_error: error,
@@ -182,6 +186,8 @@ impl<B: Controller> Mission<B> {
                 boresight: None,
                 detections: Detections::default(),
                 command: Command { speed_m_s: state.speed_m_s, turn_rate_rad_s: 0.0 },
+                path: None,
+                assumed_wind: Wind::default(),
                 altitude_m: None,
                 avoidance: AvoidanceEvents::default(),
             }
@@ -272,7 +278,7 @@ impl<B: Controller> Mission<B> {
             return false;
         }
         let limited = self.settings.team.uav.limit(command);
-        uav.command = limited.command;
+        (uav.command, uav.path) = (limited.command, None);
         row.speed_command_m_s = limited.command.speed_m_s;
         row.turn_rate_command_rad_s = limited.command.turn_rate_rad_s;
         (row.speed_limited, row.turn_rate_limited) = (limited.speed_limited, limited.turn_rate_limited);
@@ -418,6 +424,8 @@ impl<B: Controller> Mission<B> {
                 .detections
                 .extend(detected.map(|(detection, of)| agent_rows::detection(uav.id, detection, of.map(|of| of.0))));
             (uav.pointing_target, uav.command, uav.altitude_m) = (step.pointing_target, step.command, step.altitude_m);
+            uav.path = step.path;
+            uav.assumed_wind = Wind { velocity: step.diagnostics.wind.unwrap_or(Velocity::ZERO) };
             uav.avoidance.add(now, uav.id, step.diagnostics.avoiding.as_ref(), &mut avoidances);
         }
         let Frame { tracks, tentative, groups, events, agents, .. } = &mut *frame;
@@ -450,11 +458,23 @@ impl<B: Controller> Mission<B> {
         for uav in &mut self.uavs {
             let Uav { id, command, altitude_m, .. } = *uav;
             let bank = uav.bank.as_mut().zip(team.uav.bank);
+            let (path, assumed_wind, navigation_error) = (uav.path, uav.assumed_wind, uav.navigation_error);
+            let air = uav.air.map_or(Velocity::ZERO, |air| air.wind.velocity);
             let flown = |before: &UavState| match bank {
                 Some((bank, model)) => {
                     let height_m = height_m(before, altitude_m, team, id);
                     let flies_equivalent_airspeed = *flies_equivalent_airspeed;
-                    let held = HeldCommand { command, altitude_m, height_m, period, flies_equivalent_airspeed };
+                    let held = HeldCommand {
+                        command,
+                        path,
+                        assumed_wind,
+                        navigation_error,
+                        air,
+                        altitude_m,
+                        height_m,
+                        period,
+                        flies_equivalent_airspeed,
+                    };
                     bank.fly(&model, &team.uav, before, &held)
                 }
                 None => {

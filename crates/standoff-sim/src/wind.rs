@@ -1,8 +1,7 @@
 //! True wind, and the motion of the UAVs relative to the air.
 
-use standoff::research::Wind;
 use standoff::research::math;
-use standoff::{AirVelocity, Duration, TeamParams, UavId, UavState};
+use standoff::{AirVelocity, Duration, TeamParams, UavId, UavState, Wind};
 
 use crate::gusts::{GustModel, Gusts};
 

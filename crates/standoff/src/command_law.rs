@@ -10,7 +10,7 @@ use crate::group_id::GroupId;
 use crate::guidance::avoidance::{Avoidance, CollisionAvoidance, DesiredCommands, OtherAircraft};
 use crate::guidance::escape::EscapeModel;
 use crate::guidance::geofence_safety::GeofenceSafety;
-use crate::guidance::heading::{Orbit, OrbitRelativeState, Steering, steer};
+use crate::guidance::heading::{DesiredPath, Orbit, OrbitRelativeState, Steering, steer};
 use crate::guidance::phase_control::{is_in_transit, phase_control_speed_m_s, phase_error_rad};
 use crate::guidance::phase_control_in_wind::phase_control_in_wind;
 use crate::guidance::predicted_trajectory::Intent;
@@ -61,9 +61,26 @@ struct Desired {
     speed_limited: bool,
     turn_rate_limited: bool,
     steering: Option<Steering>,
+    /// Path that the command follows, unless a zone or a limit changes the turn.
+    path: Option<DesiredPath>,
     phase_error_rad: f64,
     /// Index of the zone that changes the command.
     zone: Option<usize>,
+}
+
+/// Command of the law, over ground and before limits.
+struct OrbitCommand {
+    command: Command,
+    steering: Option<Steering>,
+    path: Option<DesiredPath>,
+    phase_error_rad: f64,
+}
+
+impl OrbitCommand {
+    /// A command without orbit.
+    fn only(command: Command) -> Self {
+        Self { command, steering: None, path: None, phase_error_rad: 0.0 }
+    }
 }
 
 impl Desired {
@@ -129,13 +146,14 @@ impl CommandLaw<'_> {
             }
             None => (self.in_frame(own, desired.command), altitude_m, None),
         };
-        let Desired { speed_limited, turn_rate_limited, steering, phase_error_rad, zone: border, .. } = desired;
+        let Desired { speed_limited, turn_rate_limited, steering, path, phase_error_rad, zone: border, .. } = desired;
         // The diagnostics describe the command in effect, whatever its source.
         let is_at_limit = || command.turn_rate_rad_s.abs() >= self.params.uav.turn_rate_max_rad_s;
         let is_changed = avoids.is_some() || border.is_some();
         let turn_rate_limited = if is_changed { is_at_limit() } else { turn_rate_limited };
         AgentOutput {
             command,
+            path: path.filter(|_| avoids.is_none()),
             altitude_m,
             pointing_target: self.pointing_target(id, own, group),
             diagnostics: Diagnostics {
@@ -192,12 +210,12 @@ impl CommandLaw<'_> {
         geofence_safety: Option<&GeofenceSafety>,
     ) -> Desired {
         let Observation { uav: id, ref own, .. } = *observation;
-        let (desired, phase_error_rad, steering) = match group {
+        let law = match group {
             _ if !own.is_finite() => {
-                (Command { speed_m_s: self.params.uav.speed_m_s, turn_rate_rad_s: 0.0 }, 0.0, None)
+                OrbitCommand::only(Command { speed_m_s: self.params.uav.speed_m_s, turn_rate_rad_s: 0.0 })
             }
             Some(group) => self.fly_orbit(observation, group),
-            None => (self.wait(id, own), 0.0, None),
+            None => self.wait(observation),
         };
         let detour = geofence_safety.and_then(|geofence_safety| {
             let (orbit, largest_m) = match group {
@@ -206,13 +224,15 @@ impl CommandLaw<'_> {
             };
             geofence_safety.detours.detour(&self.params.guidance, own, &orbit, self.params.uav.speed_m_s, largest_m)
         });
-        let desired = detour.map_or(desired, |detour| detour.command);
+        let desired = detour.map_or(law.command, |detour| detour.command);
         let LimitedCommand { command, speed_limited, turn_rate_limited } = self.limit(own, desired);
         // The geofence limits the command before and after collision avoidance.
         let (command, stopped_by) =
             geofence_safety.map_or((command, None), |geofence_safety| geofence_safety.make_safe(motion, command));
         let zone = stopped_by.or(detour.map(|detour| detour.zone));
-        Desired { command, speed_limited, turn_rate_limited, steering, phase_error_rad, zone }
+        let OrbitCommand { steering, path, phase_error_rad, .. } = law;
+        let path = path.filter(|_| zone.is_none() && !turn_rate_limited);
+        Desired { command, speed_limited, turn_rate_limited, steering, path, phase_error_rad, zone }
     }
 
     /// Returns the command and altitude that keep the minimum separation, and the aircraft avoided.
@@ -256,7 +276,7 @@ impl CommandLaw<'_> {
         assigned_uavs.find(|(teammate, _)| teammate.uav == uav && teammate.reported_now).map(|(_, on_orbit)| on_orbit)
     }
 
-    fn fly_orbit(&self, observation: &Observation, group: &Group) -> (Command, f64, Option<Steering>) {
+    fn fly_orbit(&self, observation: &Observation, group: &Group) -> OrbitCommand {
         let Observation { uav: id, ref own, .. } = *observation;
         let guidance = &self.params.guidance;
         let computed;
@@ -307,9 +327,13 @@ impl CommandLaw<'_> {
             let desired_m_s = on_orbit.ground_speed_m_s(guidance, desired_m_s);
             (desired_m_s, self.params.uav.limit_speed_m_s(desired_m_s).0)
         });
-        let steering = on_orbit.steer(guidance, self.params.uav.turn_rate_lag_s, own, limited_m_s);
-        let desired = Command { speed_m_s: desired_m_s, turn_rate_rad_s: steering.turn_rate_rad_s };
-        (desired, error_rad, Some(steering))
+        let steering = on_orbit.steer(guidance, &self.params.uav, own, limited_m_s);
+        OrbitCommand {
+            command: Command { speed_m_s: desired_m_s, turn_rate_rad_s: steering.turn_rate_rad_s },
+            steering: Some(steering),
+            path: Some(DesiredPath { law: *guidance, orbit: *orbit, speed_m_s: limited_m_s }),
+            phase_error_rad: error_rad,
+        }
     }
 
     /// Altitude of the group's orbit, or the UAV's own altitude.
@@ -320,11 +344,15 @@ impl CommandLaw<'_> {
 
     /// Command without a group: a circle around the search area; otherwise the smallest orbit around the last known
     /// position of a target, or around the UAV's own position.
-    fn wait(&self, id: UavId, own: &UavState) -> Command {
-        let speed_m_s = self.params.uav.speed_m_s;
-        let Some(orbit) = self.waiting_orbit(id, own) else { return self.params.fallback_command() };
-        let steering = steer(&self.params.guidance, self.params.uav.turn_rate_lag_s, own, &orbit, speed_m_s);
-        Command { speed_m_s, turn_rate_rad_s: steering.turn_rate_rad_s }
+    fn wait(&self, observation: &Observation) -> OrbitCommand {
+        let Observation { uav: id, ref own, .. } = *observation;
+        let (law, speed_m_s) = (self.params.guidance, self.params.uav.speed_m_s);
+        let Some(orbit) = self.waiting_orbit(id, own) else {
+            return OrbitCommand::only(self.params.fallback_command());
+        };
+        let steering = steer(&law, &self.params.uav, own, &orbit, speed_m_s);
+        let command = Command { speed_m_s, turn_rate_rad_s: steering.turn_rate_rad_s };
+        OrbitCommand { path: Some(DesiredPath { law, orbit, speed_m_s }), ..OrbitCommand::only(command) }
     }
 
     fn waiting_orbit(&self, id: UavId, own: &UavState) -> Option<Orbit> {
@@ -400,10 +428,10 @@ impl DesiredCommands for CommandLaw<'_> {
     fn intent_of(&self, teammate: UavId) -> Option<Intent> {
         let teammate = self.team_state.teammate(teammate)?;
         let (state, group) = (&teammate.last_report, teammate.group?);
-        let (guidance, lag_s) = (&self.params.guidance, self.params.uav.turn_rate_lag_s);
+        let (guidance, uav) = (&self.params.guidance, &self.params.uav);
         let steering = match self.on_orbit_as_reported(teammate.uav, group) {
-            Some(known) => known.steer(guidance, lag_s, state, state.speed_m_s),
-            None => steer(guidance, lag_s, state, &self.team_state.group(group)?.orbit(self.params), state.speed_m_s),
+            Some(known) => known.steer(guidance, uav, state, state.speed_m_s),
+            None => steer(guidance, uav, state, &self.team_state.group(group)?.orbit(self.params), state.speed_m_s),
         };
         let command = Command { speed_m_s: state.speed_m_s, turn_rate_rad_s: steering.turn_rate_rad_s };
         Some(self.intent_in_frame(state, Intent::of(self.limit(state, command).command, state.heading, &steering)))

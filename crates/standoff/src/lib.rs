@@ -75,12 +75,13 @@ pub use frame::{Displacement, Position, Velocity};
 pub use group_id::GroupId;
 pub use guidance::avoidance::Avoidance;
 pub use guidance::geofence::{Geofence, GeofenceError, Zone, ZoneKind};
-pub use guidance::heading::Steering;
+pub use guidance::heading::{DesiredPath, Guidance, Steering};
+pub use guidance::inner_loop::{Demand, InnerLoop, InnerLoopInputs};
 pub use message::{Cue, Detection, Message, Report, Scan, SnapshotPart, TargetLabel, TrafficReport};
 pub use message_log::TeammateStatus;
 pub use output::{AgentOutput, Diagnostics, Observation, PointingTarget, Rejected};
 pub use params::{
-    BankParams, ClimbParams, GroupingParams, GuidanceParams, LinkModel, LogParams, OrbitDirection, ParamInfo,
+    BankParams, ClimbParams, GroupingParams, GuidanceParams, Law, LinkModel, LogParams, OrbitDirection, ParamInfo,
     ParamValue, SensorParams, SeparationParams, StandoffParams, TargetParams, TeamParams, TrackParams, UavParams,
     WindParams,
 };
@@ -93,4 +94,4 @@ pub use tracking::information_filter::Estimate;
 pub use tracking::track::{LossReason, Track, TrackId, TrackStatus};
 pub use uav::{Aircraft, Command, UavId, UavState, Vertical};
 pub use validation::ParamError;
-pub use wind::AirVelocity;
+pub use wind::{AirVelocity, Wind};

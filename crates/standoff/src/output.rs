@@ -4,7 +4,7 @@ use crate::angle::Angle;
 use crate::frame::{Displacement, Position, Velocity};
 use crate::group_id::GroupId;
 use crate::guidance::avoidance::Avoidance;
-use crate::guidance::heading::Steering;
+use crate::guidance::heading::{DesiredPath, Steering};
 use crate::message::{Detection, Manoeuvre};
 use crate::team_state::TeamState;
 use crate::time::{Duration, Time};
@@ -64,6 +64,9 @@ impl PointingTarget {
 pub struct AgentOutput {
     /// Command for the autopilot, within the limits.
     pub command: Command,
+    /// Path that the command leads onto, for the inner loop of an aircraft that banks; `None` if the UAV avoids an
+    /// aircraft or a zone, turns at its limit, or has no orbit. The inner loop then flies the command.
+    pub path: Option<DesiredPath>,
     /// Commanded altitude above the plane, m: that of the group's orbit; `None` if the UAV is not assigned to a group.
     pub altitude_m: Option<f64>,
     /// Where the sensor points; `None` if no target is known.
@@ -84,7 +87,7 @@ impl AgentOutput {
     /// A command without altitude, pointing target and group.
     #[cfg_attr(feature = "research", visibility::make(pub))]
     pub(crate) fn command_only(command: Command) -> Self {
-        Self { command, altitude_m: None, pointing_target: None, diagnostics: Diagnostics::default() }
+        Self { command, path: None, altitude_m: None, pointing_target: None, diagnostics: Diagnostics::default() }
     }
 }
 

@@ -18,7 +18,7 @@ use value::{Scalar, one_line};
 pub use value::Word;
 pub use value::{ParamKind, ParamValue};
 pub use words::{
-    AltitudePolicy, CentreEstimate, CentreJump, Feedforward, GroupCount, Integrator, Lead, LinkModel, Margin,
+    AltitudePolicy, CentreEstimate, CentreJump, Feedforward, GroupCount, Integrator, Law, Lead, LinkModel, Margin,
     Objective, OrbitDirection, Pointing, RemovalRule, SpeedReference, WindBelief,
 };
 
@@ -340,7 +340,7 @@ params! {
                 Allowed::above(0.0).at_most(1.0);
             /// A target is handed off if another group's centroid is nearer by more than this. The paper has no such
             /// margin.
-            pub(crate) handoff_margin_m = 50.0, "m", "groups.handoff_margin_m", Allowed::at_least(0.0).at_most(1e5);
+            pub(crate) handoff_margin_m = 0.0 => 50.0, "m", "groups.handoff_margin_m", Allowed::at_least(0.0).at_most(1e5);
             /// Minimum dwell time T_hd of a handoff (34).
             pub(crate) dwell_min_s = 3.0, "s", "groups.dwell_min_s", Allowed::at_least(0.0).at_most(3600.0);
             /// Maximum dwell time; 0 disables the dwell.
@@ -355,7 +355,7 @@ params! {
             pub(crate) divergence_time_s = 3.0, "s", "groups.divergence_time_s", Allowed::at_least(0.0).at_most(3600.0);
             /// Period of the check whether the UAVs of a group could cover more targets by forming another group; 0, as
             /// in the paper: no check.
-            pub(crate) regrouping_period_s = 30.0, "s", "groups.regrouping_period_s",
+            pub(crate) regrouping_period_s = 0.0 => 30.0, "s", "groups.regrouping_period_s",
                 Allowed::at_least(0.0).at_most(3600.0);
             /// UAVs are not sent to targets that they cannot bring within sensing range in this time.
             pub(crate) assignment_reach_s = 30.0, "s", "groups.assignment_reach_s",
@@ -374,13 +374,13 @@ params! {
         }
         words {
             /// Margin d_m of the standoff distance (16).
-            pub(crate) margin: Margin = StandardDeviations, "orbit.margin";
+            pub(crate) margin: Margin = Mahalanobis => StandardDeviations, "orbit.margin";
             /// Centre of the orbit.
             pub(crate) centre: CentreEstimate = Filtered => EnclosingCircle, "orbit.centre";
             /// Where the UAVs of a group point their sensors.
             pub(crate) pointing: Pointing = GroupCentre => AngularMidpoint, "orbit.pointing";
             /// How the centre reacts to a change of members.
-            pub(crate) centre_jump: CentreJump = ShiftState, "orbit.centre_jump";
+            pub(crate) centre_jump: CentreJump = Innovation => ShiftState, "orbit.centre_jump";
             /// Number of groups.
             pub(crate) count: GroupCount = HalfOfUavs => AsNeeded, "groups.count";
             /// Objective of the assignment of UAVs to groups (32).
@@ -430,8 +430,10 @@ params! {
                 Allowed::at_least(0.0).at_most(PI);
         }
         words {
+            /// Named law.
+            pub law: Law = Oh2015 => Standoff, "guidance.law";
             /// Feedforward turn rate (25).
-            pub(crate) feedforward: Feedforward = Field => Trajectory, "guidance.feedforward";
+            pub(crate) feedforward: Feedforward = StaticCentre => Trajectory, "guidance.feedforward";
             /// Lead of active measure 2 (22).
             pub(crate) lead: Lead = Constant, "guidance.lead";
             /// Reference of the nominal speed.
@@ -566,14 +568,14 @@ impl Default for WindParams {
 impl TeamParams {
     /// Returns the parameters of Table I of the paper, with both active measures.
     ///
-    /// The table does not specify the target's acceleration (here 0.2 m/s2), the sensing range (1,200 m) and the
-    /// conditions under which a track is lost. The feedforward and the margin are this project's own forms.
+    /// The law is that of the paper, with the exact form of (25). The table does not specify the target's acceleration
+    /// (here 0.2 m/s2), the sensing range (1,200 m) and the conditions under which a track is lost.
     pub fn paper() -> Self {
         Self::preset(false)
     }
 
-    /// Returns the recommended parameters: those of [`Self::paper`] with this project's modified grouping and guidance
-    /// and with collision avoidance, as used by scenarios that set no parameters. `docs/validation.md` lists the measured
+    /// Returns the recommended parameters: those of [`Self::paper`] with this project's grouping and guidance
+    /// and with collision avoidance, as used by scenarios that name no law. `docs/validation.md` lists the measured
     /// gain of each modification.
     ///
     /// ```
@@ -591,6 +593,14 @@ impl TeamParams {
     /// Returns every parameter that is out of range, alone or in combination with others.
     pub fn errors(&self) -> Vec<ParamError> {
         self.out_of_range()
+    }
+
+    /// Returns the parameters of a named law: [`Self::recommended`] or [`Self::paper`].
+    pub fn of_law(law: Law) -> Self {
+        match law {
+            Law::Standoff => Self::recommended(),
+            Law::Oh2015 => Self::paper(),
+        }
     }
 
     /// Every scalar parameter.

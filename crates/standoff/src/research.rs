@@ -19,7 +19,6 @@ pub use crate::guidance::pair_information::{
     equal_accuracy_range_m, optimal_phase_difference_rad, pair_information_1_m4, pair_information_at_1_m4,
 };
 pub use crate::guidance::predicted_trajectory::least_length;
-pub use crate::guidance::rate_loop::{RateInputs, RateLoop};
 pub use crate::guidance::standoff_distance::{Ramp, Spread, StandoffDistance, moving_centre_limit_m, turn_limit_m};
 pub use crate::guidance::vector_field::{VectorField, lyapunov_m4, lyapunov_rate_m4_s};
 pub use crate::message::{CommitDigest, LogStatus, Manoeuvre, MessageSource, ReceivedRange, SnapshotRequest};
@@ -34,7 +33,6 @@ pub use crate::tracking::scan_model::GATE;
 pub use crate::tracking::unlabelled::TentativeTrack;
 pub use crate::uav::{AutopilotModel, LimitedCommand};
 pub use crate::validation::Allowed;
-pub use crate::wind::Wind;
 
 /// Elementary functions from one portable source, so that results do not depend on the platform or the build.
 pub mod math {

@@ -21,6 +21,7 @@ use nalgebra::Vector2;
 
 use crate::angle::Angle;
 use crate::frame::{FASTEST_RAD_S, Velocity};
+use crate::guidance::heading::Guidance;
 use crate::math;
 use crate::params::{Integrator, TeamParams, UavParams, WIND_MAX_M_S, WindBelief, WindParams};
 use crate::time::Time;
@@ -28,6 +29,9 @@ use crate::uav::{Command, LimitedCommand, UavState, clamp_flagged};
 
 /// Smallest cosine of the drift angle, and smallest ground speed (m/s), by which rates are divided.
 const DIVISOR_MIN: f64 = 0.1;
+
+/// Largest heading rate per course rate: a UAV that hovers over ground turns its heading, and its course follows later.
+const HEADING_PER_COURSE_MAX: f64 = 5.0;
 
 /// Error of predicted escape manoeuvres for each m/s of wind, s. Turns in a wind of 10 m/s end up to 0.07 rad from the
 /// predicted course.
@@ -97,6 +101,37 @@ impl Wind {
     pub(crate) fn air_velocity(self, ground: Velocity) -> AirVelocity {
         let air = ground - self.velocity;
         AirVelocity { heading: air.direction(), airspeed_m_s: air.speed_m_s() }
+    }
+
+    /// Drift angle psi - chi on a course at an airspeed, m/s, and heading rate per course rate at constant airspeed. On a
+    /// course that is not feasible at this airspeed, the UAV flies at right angles to it.
+    fn drift(self, course: Angle, airspeed_m_s: f64) -> (Angle, f64) {
+        let along = Velocity::from_polar(1.0, course).vector();
+        let wind = self.velocity.vector();
+        let airspeed_m_s = airspeed_m_s.max(DIVISOR_MIN);
+        let sin = (-along.perp(&wind) / airspeed_m_s).clamp(-1.0, 1.0);
+        let cos = (1.0 - sin * sin).sqrt();
+        let forward_m_s = airspeed_m_s * cos.max(DIVISOR_MIN);
+        let per_course = ((wind.dot(&along) + airspeed_m_s * cos) / forward_m_s).clamp(0.0, HEADING_PER_COURSE_MAX);
+        (Angle::from_rad(math::atan2(sin, cos)), per_course)
+    }
+
+    /// Heading rate, rad/s, with which a UAV in the state `own` over ground follows a path at its airspeed: that of the
+    /// course rate of the path, and `gain_1_s` times the error of the heading. `added_rad_s` is added to the course rate.
+    ///
+    /// The error is that of the heading, not of the course: where the airspeed is below the wind, the course does not
+    /// follow the heading, but the heading of every course is defined.
+    pub(crate) fn heading_rate_rad_s(self, own: &UavState, path: &Guidance, gain_1_s: f64, added_rad_s: f64) -> f64 {
+        let air = self.air_velocity(own.velocity());
+        let (drift, per_course) = self.drift(path.course, air.airspeed_m_s);
+        let error = air.heading - (path.course + drift);
+        (path.turn_rate_rad_s + added_rad_s) * per_course - gain_1_s * error.rad()
+    }
+
+    /// Heading rate of a UAV in the state `own` over ground, from its course rate, at constant airspeed, rad/s.
+    pub(crate) fn measured_heading_rate_rad_s(self, own: &UavState) -> f64 {
+        let airspeed_m_s = self.air_velocity(own.velocity()).airspeed_m_s;
+        own.turn_rate_rad_s * self.drift(own.heading, airspeed_m_s).1
     }
 
     /// State over ground of a UAV whose heading, airspeed and heading rate are those of `air`, and whose airspeed

@@ -30,7 +30,7 @@ impl Flight {
         Self {
             model,
             uav,
-            motion: BankMotion::default(),
+            motion: BankMotion::level(&model),
             state: UavState { vertical, ..level },
             flies_equivalent_airspeed: false,
         }
@@ -48,8 +48,17 @@ impl Flight {
         let command = Command { speed_m_s, turn_rate_rad_s };
         let period = Duration::from_s(period_s);
         let flies_equivalent_airspeed = self.flies_equivalent_airspeed;
-        let held =
-            HeldCommand { command, altitude_m: Some(altitude_m), height_m: 300.0, period, flies_equivalent_airspeed };
+        let held = HeldCommand {
+            command,
+            path: None,
+            assumed_wind: Wind::default(),
+            navigation_error: None,
+            air: Velocity::ZERO,
+            altitude_m: Some(altitude_m),
+            height_m: 300.0,
+            period,
+            flies_equivalent_airspeed,
+        };
         for _ in 0..(time_s / period_s).round() as u32 {
             let (motion, state) = (self.motion, self.state);
             self.state = self.motion.fly(&self.model, &self.uav, &state, &held);

@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 
 use serde::Serialize;
 use standoff::research::Allowed;
-use standoff::{BankParams, ClimbParams, ParamInfo, ParamValue, SeparationParams, TeamParams, WindParams};
+use standoff::{BankParams, ClimbParams, Law, ParamInfo, ParamValue, SeparationParams, TeamParams, WindParams};
 
 use super::number::Number;
 use super::sample::{Draw, Drawing};
@@ -70,7 +70,14 @@ pub struct Parameters(Vec<Option<TypedValue>>);
 
 impl Default for Parameters {
     fn default() -> Self {
-        let mut team = TeamParams { separation: Some(SeparationParams::default()), ..TeamParams::recommended() };
+        Self::of_law(Law::Standoff)
+    }
+}
+
+impl Parameters {
+    /// Defaults of a named law.
+    pub(super) fn of_law(law: Law) -> Self {
+        let mut team = TeamParams { separation: Some(SeparationParams::default()), ..TeamParams::of_law(law) };
         (team.uav.climb, team.uav.bank) = (Some(ClimbParams::default()), Some(BankParams::default()));
         team.wind = Some(WindParams::default());
         let default = |param: &ParamInfo| {

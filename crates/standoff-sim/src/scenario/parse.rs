@@ -6,6 +6,7 @@
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_path_to_error::{Path, Segment};
+use standoff::Law;
 use standoff::research::ParamKind;
 use standoff_io::display_text::{did_you_mean, nearest, printable, quoted};
 use toml::{Table, Value};
@@ -48,6 +49,10 @@ impl Mistake {
 pub(super) fn typed(mut table: Table) -> (Option<ScenarioFile>, Vec<Mistake>) {
     let mut mistakes = Vec::new();
     take_out_unknown(&mut table, "", &mut mistakes);
+    if law_of(&table) == Law::Oh2015 {
+        // Only the phases on an orbit separate UAVs.
+        table.entry("separation").or_insert(Value::Boolean(false));
+    }
     let parameters = take_parameters(&mut table, &mut mistakes);
     while mistakes.len() < MISTAKES_MAX {
         let wrong = match deserialized(Value::Table(table.clone())) {
@@ -65,9 +70,15 @@ pub(super) fn typed(mut table: Table) -> (Option<ScenarioFile>, Vec<Mistake>) {
     (None, mistakes)
 }
 
+/// Law that a scenario names, which determines the defaults.
+fn law_of(table: &Table) -> Law {
+    let is_paper = value_at(table, "guidance.law").and_then(Value::as_str) == Some("oh-2015");
+    if is_paper { Law::Oh2015 } else { Law::Standoff }
+}
+
 /// Takes the values of the library's parameters out of a scenario.
 fn take_parameters(table: &mut Table, mistakes: &mut Vec<Mistake>) -> Parameters {
-    let mut parameters = Parameters::default();
+    let mut parameters = Parameters::of_law(law_of(table));
     for (param, slot) in parameters.iter_mut() {
         let Some(value) = value_at(table, param.key) else { continue };
         let read = match param.kind {

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use serde::Serialize;
-use standoff::research::Wind;
+use standoff::Wind;
 use standoff::{
     BankParams, ClimbParams, Duration, Position, SensorParams, SeparationParams, TargetParams, TargetState, TeamParams,
     UavId, Velocity, WindParams,

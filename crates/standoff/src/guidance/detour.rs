@@ -181,12 +181,8 @@ impl DetourPlanner {
             (orbit.distance_m, orbit.steered.radius_m) = (wider, wider);
             let command = match self.ahead(guidance, own, &orbit, speed_m_s, &sides) {
                 PathAhead::Clear => {
-                    let steering = OrbitRelativeState::of(guidance, own.position, &orbit).steer(
-                        guidance,
-                        self.uav.turn_rate_lag_s,
-                        own,
-                        speed_m_s,
-                    );
+                    let steering = OrbitRelativeState::of(guidance, own.position, &orbit)
+                        .steer(guidance, &self.uav, own, speed_m_s);
                     Command { speed_m_s, turn_rate_rad_s: steering.turn_rate_rad_s }
                 }
                 PathAhead::Blocked(_, Some(to)) => self.towards(own, to, speed_m_s),
@@ -364,7 +360,7 @@ mod tests {
         assert!(geofence_safety.is_safe(&state));
         let mut flown = Flown { on_orbit_fraction: 0.0, furthest_m: 0.0, turned_back: 0 };
         for step in 0..1200 {
-            let steering = steer(&params.guidance, params.uav.turn_rate_lag_s, &state, &orbit, 40.0);
+            let steering = steer(&params.guidance, &params.uav, &state, &orbit, 40.0);
             let desired = Command { speed_m_s: 40.0, turn_rate_rad_s: steering.turn_rate_rad_s };
             let detour = geofence_safety.detours.detour(&params.guidance, &state, &orbit, 40.0, 700.0);
             let desired = params.uav.limit(detour.map_or(desired, |detour| detour.command)).command;

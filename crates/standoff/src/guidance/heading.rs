@@ -9,17 +9,23 @@
 //! Erratum: the published form is the derivative of the field's heading only on the orbit (r = r_d). The exact form is
 //! correct everywhere for the field (13) around a stationary centre. The flown field also includes k_l, a virtual
 //! radius and a moving centre; the third form ([`Feedforward::Field`]) differentiates that field along itself. The
-//! fourth form ([`Feedforward::Trajectory`]) differentiates it along the motion of the UAV, and evaluates (24) for the
-//! state one turn rate lag ahead, so that the lag has no effect on the loop: see [`orbit_loop`](super::orbit_loop).
+//! fourth form ([`Feedforward::Trajectory`]) differentiates it along the motion of the UAV.
+//!
+//! A law ([`OrbitRelativeState::guide`]) returns course, turn rate and speed over ground, from the orbit and from position
+//! and velocity of the UAV alone. [`OrbitRelativeState::steer`] follows it: a kinematic UAV by (24), evaluated along the
+//! trajectory for the state one turn rate lag ahead, so that the lag has no effect on the loop (see
+//! [`orbit_loop`](super::orbit_loop)); a UAV that banks as its [inner loop](super::inner_loop) does between two
+//! decisions.
 
 use nalgebra::Vector2;
 
 use crate::angle::Angle;
 use crate::frame::{Displacement, Position, Velocity};
+use crate::guidance::inner_loop::course_rate_rad_s;
 use crate::guidance::moving_centre::{self, GroundTrack};
 use crate::guidance::standoff_distance::{Ramp, StandoffDistance};
 use crate::guidance::vector_field::{FieldAt, PolarMotion, VectorField, convergence_threshold_m2_s};
-use crate::params::{Feedforward, GuidanceParams, Lead, SpeedReference};
+use crate::params::{Feedforward, GuidanceParams, Lead, SpeedReference, UavParams};
 use crate::target::TargetState;
 use crate::uav::UavState;
 
@@ -85,6 +91,38 @@ impl Orbit {
     }
 }
 
+/// Where a law leads a UAV, over ground. It does not depend on wind, lags or the autopilot.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Guidance {
+    /// Desired course psi_d (23).
+    pub course: Angle,
+    /// Turn rate of the path, its curvature times the speed, rad/s, positive to the left (25).
+    pub turn_rate_rad_s: f64,
+    /// Ground speed, m/s.
+    pub speed_m_s: f64,
+    /// Distance of the UAV to the right of the path, m: outside an anticlockwise orbit, inside a clockwise one.
+    pub right_of_path_m: f64,
+}
+
+/// An orbit and the law that leads onto it, which a UAV follows until its next decision.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DesiredPath {
+    pub(crate) law: GuidanceParams,
+    /// Orbit at the time of the decision.
+    pub(crate) orbit: Orbit,
+    /// Ground speed, m/s.
+    pub(crate) speed_m_s: f64,
+}
+
+impl DesiredPath {
+    /// Returns where the law leads a UAV in the state `own` over ground, `after_s` seconds after the time of the
+    /// decision. The orbit moves on at its rates.
+    pub fn guidance(&self, after_s: f64, own: &UavState) -> Guidance {
+        let orbit = self.orbit.extrapolated(after_s);
+        OrbitRelativeState::of(&self.law, own.position, &orbit).guide(&self.law, own, self.speed_m_s)
+    }
+}
+
 research_fields! {
     /// Output of the guidance law for one UAV, with intermediate values.
     #[derive(Debug, Clone, Copy, PartialEq)]
@@ -114,12 +152,11 @@ pub fn ground_speed_m_s(params: &GuidanceParams, uav: &UavState, orbit: &Orbit, 
     OrbitRelativeState::of(params, uav.position, orbit).ground_speed_m_s(params, speed_m_s)
 }
 
-/// Steers a UAV onto `orbit`. `turn_rate_lag_s` is the time constant tau_omega of its turn rate, `speed_m_s` the
-/// commanded ground speed.
+/// Steers a UAV in the state `own` onto `orbit`. `uav` describes the aircraft, `speed_m_s` is the commanded ground speed.
 ///
 /// Implements Eq. (23), (24), (25).
-pub fn steer(params: &GuidanceParams, turn_rate_lag_s: f64, uav: &UavState, orbit: &Orbit, speed_m_s: f64) -> Steering {
-    OrbitRelativeState::of(params, uav.position, orbit).steer(params, turn_rate_lag_s, uav, speed_m_s)
+pub fn steer(params: &GuidanceParams, uav: &UavParams, own: &UavState, orbit: &Orbit, speed_m_s: f64) -> Steering {
+    OrbitRelativeState::of(params, own.position, orbit).steer(params, uav, own, speed_m_s)
 }
 
 /// Position of a UAV relative to its orbit, and the field at that position. Computed once and shared by all users.
@@ -197,59 +234,76 @@ impl OrbitRelativeState {
         }
     }
 
-    /// See [`steer`]. The position of `uav` must be the one that `self` was created with.
-    pub(crate) fn steer(
-        &self,
-        params: &GuidanceParams,
-        turn_rate_lag_s: f64,
-        uav: &UavState,
-        speed_m_s: f64,
-    ) -> Steering {
-        let Self { orbit, phase, uav_rel_centre, field, .. } = self;
+    /// Motion relative to the centre of a UAV that follows the field on `flown`.
+    fn motion_along(&self, flown: &GroundTrack, speed_m_s: f64) -> PolarMotion {
+        if flown.centre_too_fast {
+            let ground_track = Velocity::from_polar(speed_m_s, flown.heading);
+            PolarMotion::of(self.uav_rel_centre, ground_track - self.orbit.centre_velocity)
+        } else {
+            self.field.motion_along(flown.relative_speed_m_s)
+        }
+    }
+
+    /// Where the law leads a UAV in the state `own`, at ground speed `speed_m_s`. The position of `own` must be the one
+    /// that `self` was created with.
+    ///
+    /// Implements Eq. (23), (25).
+    pub(crate) fn guide(&self, params: &GuidanceParams, own: &UavState, speed_m_s: f64) -> Guidance {
+        let Self { orbit, uav_rel_centre, field, .. } = self;
+        let flown = self.ground_track(params, speed_m_s);
+        let (r_m, sense) = (self.centre_distance_m(), params.orbit_direction.sign());
+        // Differentiated at constant centre velocity and speed.
+        let along = |motion| field.turn_rate_rad_s(motion, orbit.steered.rate_m_s) * flown.heading_per_field_heading;
+        let turn_rate_rad_s = match params.feedforward {
+            Feedforward::Field => along(self.motion_along(&flown, speed_m_s)),
+            Feedforward::Trajectory => along(PolarMotion::of(*uav_rel_centre, own.velocity() - orbit.centre_velocity)),
+            Feedforward::StaticCentre => sense * stationary_centre_rad_s(r_m, orbit, speed_m_s, orbit.distance_m),
+            Feedforward::Paper => sense * stationary_centre_rad_s(r_m, orbit, speed_m_s, r_m),
+        };
+        let right_of_path_m = sense * (r_m - orbit.steered.radius_m);
+        Guidance { course: flown.heading, turn_rate_rad_s, speed_m_s, right_of_path_m }
+    }
+
+    /// See [`steer`]. The position of `own` must be the one that `self` was created with.
+    pub(crate) fn steer(&self, params: &GuidanceParams, uav: &UavParams, own: &UavState, speed_m_s: f64) -> Steering {
+        let Self { orbit, phase, .. } = self;
         let r_m = self.centre_distance_m();
         let flown = self.ground_track(params, speed_m_s);
-        let motion = if flown.centre_too_fast {
-            let ground_track = Velocity::from_polar(speed_m_s, flown.heading);
-            PolarMotion::of(*uav_rel_centre, ground_track - orbit.centre_velocity)
+        let (guidance, turn_rate_rad_s) = if uav.bank.is_some() {
+            let guidance = self.guide(params, own, speed_m_s);
+            (guidance, course_rate_rad_s(&guidance, own.heading))
         } else {
-            field.motion_along(flown.relative_speed_m_s)
+            self.follow(params, uav.turn_rate_lag_s, own, speed_m_s)
         };
-        let mut heading_error = uav.heading - flown.heading;
-        let feedforward_rad_s = match params.feedforward {
-            // Differentiated at constant centre velocity and speed.
-            Feedforward::Field => {
-                field.turn_rate_rad_s(motion, orbit.steered.rate_m_s) * flown.heading_per_field_heading
-            }
-            Feedforward::Trajectory => {
-                let later = uav.extrapolated(turn_rate_lag_s);
-                let then = Self::of(params, later.position, &orbit.extrapolated(turn_rate_lag_s));
-                let desired = then.ground_track(params, speed_m_s);
-                heading_error = later.heading - desired.heading;
-                let actual = PolarMotion::of(then.uav_rel_centre, later.velocity() - orbit.centre_velocity);
-                then.field.turn_rate_rad_s(actual, orbit.steered.rate_m_s) * desired.heading_per_field_heading
-            }
-            Feedforward::StaticCentre => {
-                params.orbit_direction.sign() * stationary_centre_rad_s(r_m, orbit, speed_m_s, orbit.distance_m)
-            }
-            Feedforward::Paper => params.orbit_direction.sign() * stationary_centre_rad_s(r_m, orbit, speed_m_s, r_m),
-        };
+        let r_rate_m_s = self.motion_along(&flown, speed_m_s).r_rate_m_s;
         Steering {
-            turn_rate_rad_s: feedforward_rad_s
-                - params.heading_gain_1_s * heading_error.rad()
-                - params.turn_rate_gain * (uav.turn_rate_rad_s - feedforward_rad_s),
+            turn_rate_rad_s,
             desired_heading: flown.heading,
-            feedforward_rad_s,
+            feedforward_rad_s: guidance.turn_rate_rad_s,
             centre_distance_m: r_m,
             phase: *phase,
             steered_radius_m: orbit.steered.radius_m,
-            convergence_threshold_m2_s: convergence_threshold_m2_s(
-                r_m,
-                motion.r_rate_m_s,
-                orbit.distance_m,
-                orbit.rate_m_s,
-            ),
+            convergence_threshold_m2_s: convergence_threshold_m2_s(r_m, r_rate_m_s, orbit.distance_m, orbit.rate_m_s),
             centre_too_fast: flown.centre_too_fast,
         }
+    }
+
+    /// Guidance of a kinematic UAV, and the turn rate that follows it, rad/s.
+    ///
+    /// Implements Eq. (24).
+    fn follow(&self, params: &GuidanceParams, lag_s: f64, own: &UavState, speed_m_s: f64) -> (Guidance, f64) {
+        let (guidance, course) = match params.feedforward {
+            Feedforward::Trajectory => {
+                let later = own.extrapolated(lag_s);
+                let then = Self::of(params, later.position, &self.orbit.extrapolated(lag_s));
+                (then.guide(params, &later, speed_m_s), later.heading)
+            }
+            _ => (self.guide(params, own, speed_m_s), own.heading),
+        };
+        let turn_rate_rad_s = guidance.turn_rate_rad_s
+            - params.heading_gain_1_s * (course - guidance.course).rad()
+            - params.turn_rate_gain * (own.turn_rate_rad_s - guidance.turn_rate_rad_s);
+        (guidance, turn_rate_rad_s)
     }
 
     /// Threshold of Lemma 3.1 for a UAV that flies along the field at ground speed `speed_m_s`, m2/s; same result as
@@ -279,6 +333,11 @@ mod tests {
 
     const LAG_S: f64 = 1.0 / 3.0;
 
+    /// A kinematic UAV with this lag, s.
+    fn lagging(turn_rate_lag_s: f64) -> UavParams {
+        UavParams { turn_rate_lag_s, ..TeamParams::paper().uav }
+    }
+
     fn params(feedforward: Feedforward) -> GuidanceParams {
         GuidanceParams { radial_gain: 1.0, lead_s: 0.0, feedforward, ..TeamParams::paper().guidance }
     }
@@ -299,7 +358,7 @@ mod tests {
     fn the_turn_rate_is_feedback_plus_feedforward() {
         let got = steer(
             &params(Feedforward::StaticCentre),
-            LAG_S,
+            &lagging(LAG_S),
             &uav(300.0, Angle::from_deg(100.0)),
             &orbit(Velocity::ZERO, 0.0),
             40.0,
@@ -315,7 +374,7 @@ mod tests {
         // North of the centre, anticlockwise, the field points west.
         let mut state = uav(300.0, Angle::from_deg(-170.0));
         state.position = Position::from_m(0.0, 300.0);
-        let got = steer(&params(Feedforward::StaticCentre), LAG_S, &state, &orbit(Velocity::ZERO, 0.0), 40.0);
+        let got = steer(&params(Feedforward::StaticCentre), &lagging(LAG_S), &state, &orbit(Velocity::ZERO, 0.0), 40.0);
         assert!((got.turn_rate_rad_s - (40.0 / 300.0 - 2.0 * 10f64.to_radians())).abs() < 1e-9);
     }
 
@@ -324,7 +383,8 @@ mod tests {
     #[test]
     fn the_published_feedforward_is_wrong_off_the_orbit() {
         let at = |form, r| {
-            steer(&params(form), LAG_S, &uav(r, Angle::ZERO), &orbit(Velocity::ZERO, 0.0), 40.0).feedforward_rad_s
+            steer(&params(form), &lagging(LAG_S), &uav(r, Angle::ZERO), &orbit(Velocity::ZERO, 0.0), 40.0)
+                .feedforward_rad_s
         };
         assert!((at(Feedforward::StaticCentre, 100.0) - 0.432).abs() < 1e-9);
         assert!((at(Feedforward::Paper, 100.0) - 0.048).abs() < 1e-9);
@@ -335,7 +395,7 @@ mod tests {
     /// Returns the flown feedforward, and the derivative of psi_d along the flown velocity by central differences.
     fn flown_and_differentiated(params: &GuidanceParams, r_m: f64, at_start: Orbit) -> (f64, f64) {
         let state = uav(r_m, Angle::ZERO);
-        let here = steer(params, LAG_S, &state, &at_start, 40.0);
+        let here = steer(params, &lagging(LAG_S), &state, &at_start, 40.0);
         let heading_at = |t: f64| {
             let position = state.position + Velocity::from_polar(40.0, here.desired_heading) * t;
             let orbit = Orbit {
@@ -346,7 +406,7 @@ mod tests {
                 },
                 ..at_start
             };
-            steer(params, LAG_S, &UavState { position, ..state }, &orbit, 40.0).desired_heading
+            steer(params, &lagging(LAG_S), &UavState { position, ..state }, &orbit, 40.0).desired_heading
         };
         let h = 1e-4;
         (here.feedforward_rad_s, (heading_at(h) - heading_at(-h)).rad() / (2.0 * h))
@@ -383,10 +443,10 @@ mod tests {
                 let position = state.position + state.velocity() * t;
                 let steered = Ramp { radius_m: 300.0 + 3.0 * t, ..slow.steered };
                 let orbit = Orbit { centre: slow.centre + slow.centre_velocity * t, steered, ..slow };
-                steer(&params, LAG_S, &UavState { position, ..state }, &orbit, 40.0).desired_heading
+                steer(&params, &lagging(LAG_S), &UavState { position, ..state }, &orbit, 40.0).desired_heading
             };
             let expected = (heading_at(1e-4) - heading_at(-1e-4)).rad() / 2e-4;
-            let got = steer(&params, 0.0, &state, &slow, 40.0).feedforward_rad_s;
+            let got = steer(&params, &lagging(0.0), &state, &slow, 40.0).feedforward_rad_s;
             assert!((got - expected).abs() < 1e-5, "r {r_m}: {got} {expected}");
         }
     }
@@ -402,11 +462,13 @@ mod tests {
             ..now
         };
         let state = UavState { turn_rate_rad_s: 0.2, ..uav(290.0, Angle::from_deg(100.0)) };
-        let (got, expected) =
-            (steer(&params, LAG_S, &state, &now, 40.0), steer(&params, 0.0, &state.extrapolated(LAG_S), &later, 40.0));
+        let (got, expected) = (
+            steer(&params, &lagging(LAG_S), &state, &now, 40.0),
+            steer(&params, &lagging(0.0), &state.extrapolated(LAG_S), &later, 40.0),
+        );
         assert_eq!(got.turn_rate_rad_s, expected.turn_rate_rad_s);
         assert_eq!(got.feedforward_rad_s, expected.feedforward_rad_s);
-        assert_eq!(got.desired_heading, steer(&params, 0.0, &state, &now, 40.0).desired_heading);
+        assert_eq!(got.desired_heading, steer(&params, &lagging(0.0), &state, &now, 40.0).desired_heading);
     }
 
     #[test]
@@ -414,8 +476,9 @@ mod tests {
         let undamped = params(Feedforward::StaticCentre);
         let damped = GuidanceParams { turn_rate_gain: 0.5, ..undamped };
         let turning = UavState { turn_rate_rad_s: 0.2, ..uav(300.0, Angle::from_deg(90.0)) };
-        let rate =
-            |params: &GuidanceParams| steer(params, LAG_S, &turning, &orbit(Velocity::ZERO, 0.0), 40.0).turn_rate_rad_s;
+        let rate = |params: &GuidanceParams| {
+            steer(params, &lagging(LAG_S), &turning, &orbit(Velocity::ZERO, 0.0), 40.0).turn_rate_rad_s
+        };
         let expected = rate(&undamped) - 0.5 * (0.2 - 40.0 / 300.0);
         assert!((rate(&damped) - expected).abs() < 1e-12);
     }
@@ -424,7 +487,13 @@ mod tests {
     #[test]
     fn a_uav_does_not_converge_to_a_centre_that_is_too_fast() {
         let state = uav(600.0, Angle::from_deg(180.0));
-        let got = steer(&params(Feedforward::Field), LAG_S, &state, &orbit(Velocity::from_m_s(-60.0, 0.0), 0.0), 40.0);
+        let got = steer(
+            &params(Feedforward::Field),
+            &lagging(LAG_S),
+            &state,
+            &orbit(Velocity::from_m_s(-60.0, 0.0), 0.0),
+            40.0,
+        );
         assert!(got.centre_too_fast && got.convergence_threshold_m2_s < 0.0, "{got:?}");
     }
 
@@ -432,7 +501,7 @@ mod tests {
     fn a_centre_faster_than_the_uav_is_pursued_with_a_finite_turn_rate() {
         let got = steer(
             &params(Feedforward::Field),
-            LAG_S,
+            &lagging(LAG_S),
             &uav(300.0, Angle::ZERO),
             &orbit(Velocity::from_m_s(0.0, 90.0), 0.0),
             40.0,

@@ -3,6 +3,16 @@
 use super::value::{ParamValue, Scalar, Word};
 
 words! {
+    /// A named law: guidance, orbits, groups and assignment that belong together. It is the default of all other
+    /// parameters.
+    enum Law {
+        /// This project's law: [`TeamParams::recommended`](super::TeamParams::recommended).
+        Standoff = "standoff",
+        /// The law of H. Oh, S. Kim, H.-S. Shin and A. Tsourdos as published in 2015, with the values of its Table I:
+        /// [`TeamParams::paper`](super::TeamParams::paper).
+        Oh2015 = "oh-2015",
+    }
+
     /// Method that integrates (1) over a time step.
     enum Integrator {
         /// Exact solution for a constant command.

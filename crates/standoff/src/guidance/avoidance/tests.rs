@@ -447,7 +447,7 @@ fn pursued(intruder_m_s: f64, direction_deg: f64, seconds: f64) -> (f64, f64) {
     let (mut closest_m, mut avoided, steps) = (f64::INFINITY, 0, (seconds / PERIOD_S) as usize);
     for _ in 0..steps {
         closest_m = closest_m.min(own.position.distance_m(intruder.position));
-        let steering = crate::guidance::heading::steer(&guidance, uav.turn_rate_lag_s, &own, &orbit, 40.0);
+        let steering = crate::guidance::heading::steer(&guidance, &uav, &own, &orbit, 40.0);
         let desired = uav.limit(Command { speed_m_s: 40.0, turn_rate_rad_s: steering.turn_rate_rad_s }).command;
         let avoidance = CollisionAvoidance {
             separation: &separation,
