@@ -7,6 +7,8 @@
 
 #![expect(clippy::unwrap_used, dead_code, reason = "helpers of tests")]
 
+#[path = "../tests/common/identified_aircraft.rs"]
+mod identified_aircraft;
 #[path = "../tests/common/live.rs"]
 mod live;
 #[path = "../tests/common/plane.rs"]

@@ -7,6 +7,7 @@ use standoff_fly::config::{Config, Steer};
 use standoff_io::geodesy::LocalPlane;
 use standoff_record::Frame;
 
+use super::identified_aircraft::Noise;
 use super::plane::{Plane, STEP_S, TARGET_SPEED_M_S, cue_line};
 
 /// Start of the flights in the team's time.
@@ -52,7 +53,7 @@ pub(crate) struct Flight {
     pub(crate) to_teammates: Vec<Vec<u8>>,
     /// Standard deviations of range (m) and bearing (rad) of the simulated sensor.
     pub(crate) noise: [f64; 2],
-    random: u64,
+    random: Noise,
 }
 
 impl Flight {
@@ -66,7 +67,7 @@ impl Flight {
             frames: Vec::new(),
             to_teammates: Vec::new(),
             noise: [0.0; 2],
-            random: 1,
+            random: Noise::new(1),
         }
     }
 
@@ -80,16 +81,7 @@ impl Flight {
 
     /// Distance of the UAV from the target, m.
     pub(crate) fn range_m(&self) -> f64 {
-        self.vehicle.position.distance_m(self.target())
-    }
-
-    /// A random number with standard deviation 1: the sum of twelve uniform numbers.
-    fn noise(&mut self) -> f64 {
-        let uniform = |state: &mut u64| {
-            *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (*state >> 11) as f64 / (1u64 << 53) as f64
-        };
-        (0..12).map(|_| uniform(&mut self.random)).sum::<f64>() - 6.0
+        self.vehicle.aircraft.position.distance_m(self.target())
     }
 
     /// Passes bytes to the companion as a datagram from the vehicle's address.
@@ -102,13 +94,13 @@ impl Flight {
 
     /// Line of the feed with the scan of the simulated sensor.
     fn feed_line(&mut self, now: Time) -> String {
-        let own = self.vehicle.position;
+        let own = self.vehicle.aircraft.position;
         let sensor = params().track.sensor;
         let boresight = self.pointing.map(|(at, pointing)| pointing.boresight(own, now - at));
         let seen = boresight.and_then(|boresight| sensor.measure(own, boresight, self.target()));
         let detections = seen.map_or(String::new(), |z| {
-            let range_m = (z.range_m + self.noise[0] * self.noise()).max(1.0);
-            let bearing_deg = 90.0 - z.bearing.deg() + (self.noise[1] * self.noise()).to_degrees();
+            let range_m = (z.range_m + self.noise[0] * self.random.next()).max(1.0);
+            let bearing_deg = 90.0 - z.bearing.deg() + (self.noise[1] * self.random.next()).to_degrees();
             format!(r#"{{"label": 0, "range_m": {range_m}, "bearing_deg": {bearing_deg}}}"#)
         });
         let boresight = boresight.map_or("null".to_owned(), |boresight| (90.0 - boresight.deg()).to_string());

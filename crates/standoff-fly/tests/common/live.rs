@@ -36,7 +36,7 @@ pub(crate) fn fly(vehicle: &mut Plane, plane: &LocalPlane, link: &str, feed: &st
         let steps = ((vehicle.time_s()) / STEP_S).round() as u64;
         let target = Position::from_m(TARGET_SPEED_M_S * vehicle.time_s(), 0.0);
         if steps.is_multiple_of(25) {
-            let to_target = target - vehicle.position;
+            let to_target = target - vehicle.aircraft.position;
             let (range_m, bearing_deg) = (to_target.length_m(), 90.0 - to_target.direction().deg());
             let scan = format!(
                 r#"{{"scan": {{"boresight_deg": {bearing_deg}, "detections":
@@ -47,7 +47,7 @@ pub(crate) fn fly(vehicle: &mut Plane, plane: &LocalPlane, link: &str, feed: &st
         if steps.is_multiple_of(250) || steps == 25 {
             let _ = socket.send_to(cue_line(plane, target).as_bytes(), feed);
         }
-        seen.ranges_m.push(vehicle.position.distance_m(target));
+        seen.ranges_m.push(vehicle.aircraft.position.distance_m(target));
         let due_at = begun_at + Duration::from_secs_f64(vehicle.time_s() - begun_s);
         // Answers are read until the next step is due.
         loop {

@@ -1,6 +1,6 @@
 //! Double of an ArduPlane vehicle that behaves as measured in ArduPlane's simulator, in simulated time.
 //!
-//! - In turns it reaches 0.72 of the coordinated turn rate.
+//! - It moves as the [identified aircraft](super::identified_aircraft), which turns at 0.74 of the coordinated rate.
 //! - A roll target without successor is released after 3.06 s; then the aircraft flies to its guided point.
 //! - It keeps the last course command without end, and rolls by 50 degrees per rad of its error.
 //! - It sends its fence by the mission protocol.
@@ -14,28 +14,27 @@ use mavlink::dialects::ardupilotmega::{
 };
 use mavlink::{MavHeader, SigningConfig, SigningData};
 use standoff::research::{GRAVITY_M_S2, math};
-use standoff::{Angle, Position, Velocity};
+use standoff::{Angle, Position};
 use standoff_fly::codec::{Codec, SigningKey, encode_as};
 use standoff_io::geodesy::LocalPlane;
+
+use super::identified_aircraft::{self, Airframe, IdentifiedAircraft};
 
 pub(crate) const GUIDED: u32 = 15;
 pub(crate) const LOITER: u32 = 12;
 pub(crate) const RTL: u32 = 11;
 
-/// Share of the coordinated turn rate that the airframe reaches.
-const TURN_RESPONSE: f64 = 0.72;
 /// Time after which a roll target is released, s.
 const RELEASE_S: f64 = 3.06;
 /// Roll per error of the course, rad/rad: GUIDED_P of 5000 hundredths of a degree per rad.
 const COURSE_GAIN: f64 = 50.0 * math::PI / 180.0;
-/// Time constant of the roll, s: within 3 of 30 degrees after 1 s.
-const ROLL_TIME_CONSTANT_S: f64 = 0.43;
-/// Acceleration, m/s2: from 22 to 28 m/s in 8.7 s.
-const ACCELERATION_M_S2: f64 = 0.7;
 /// Rate of climb, m/s: 100 m in 27 s.
 const CLIMB_RATE_M_S: f64 = 3.7;
-/// Step of the simulation, s.
-pub(crate) const STEP_S: f64 = 0.02;
+/// Altitude of home above sea level, m: that of the site where the aircraft was identified.
+const HOME_ALTITUDE_M: f64 = 584.0;
+/// Steps of the aircraft in a step of the double, and the duration of one, s.
+const STEPS: u32 = 2;
+pub(crate) const STEP_S: f64 = STEPS as f64 * identified_aircraft::STEP_S;
 
 /// Velocity of the target, m/s east.
 pub(crate) const TARGET_SPEED_M_S: f64 = 6.7;
@@ -57,13 +56,8 @@ pub(crate) struct Plane {
     pub(crate) mode: u32,
     pub(crate) is_armed: bool,
     pub(crate) system_status: MavState,
-    pub(crate) position: Position,
-    pub(crate) heading: Angle,
-    pub(crate) roll_rad: f64,
-    pub(crate) airspeed_m_s: f64,
+    pub(crate) aircraft: IdentifiedAircraft,
     pub(crate) altitude_m: f64,
-    pub(crate) wind_m_s: [f64; 2],
-    commanded_airspeed_m_s: f64,
     pub(crate) commanded_altitude_m: f64,
     roll_target: Option<(f64, f64)>,
     /// Commanded course, and largest roll, rad.
@@ -100,13 +94,13 @@ impl Plane {
             mode: GUIDED,
             is_armed: true,
             system_status: MavState::MAV_STATE_ACTIVE,
-            position: Position::from_m(-400.0, -300.0),
-            heading: Angle::from_deg(45.0),
-            roll_rad: 0.0,
-            airspeed_m_s: 22.0,
+            aircraft: IdentifiedAircraft::new(
+                Airframe::STOCK,
+                Position::from_m(-400.0, -300.0),
+                Angle::from_deg(45.0),
+                22.0,
+            ),
             altitude_m: 150.0,
-            wind_m_s: [0.0; 2],
-            commanded_airspeed_m_s: 22.0,
             commanded_altitude_m: 150.0,
             roll_target: None,
             course_target: None,
@@ -236,7 +230,7 @@ impl Plane {
                 if self.refuses_speed || !(10.0..=30.0).contains(&speed_m_s) {
                     return MavResult::MAV_RESULT_FAILED;
                 }
-                self.commanded_airspeed_m_s = speed_m_s;
+                self.aircraft.airspeed_command_m_s = speed_m_s;
             }
             MavCmd::MAV_CMD_GUIDED_CHANGE_HEADING => {
                 let course_deg = f64::from(command.param2);
@@ -264,23 +258,16 @@ impl Plane {
         MavResult::MAV_RESULT_ACCEPTED
     }
 
-    /// Velocity over ground, m/s east and north.
-    pub(crate) fn velocity_m_s(&self) -> [f64; 2] {
-        let air = Velocity::from_polar(self.airspeed_m_s, self.heading);
-        [air.x_m_s() + self.wind_m_s[0], air.y_m_s() + self.wind_m_s[1]]
-    }
-
     /// Roll, rad, that the autopilot flies without a roll target: towards the guided point, then around it.
     fn own_roll_rad(&self) -> f64 {
         if let Some((course, roll_max_rad)) = self.course_target {
-            let [east_m_s, north_m_s] = self.velocity_m_s();
-            let error = Velocity::from_m_s(east_m_s, north_m_s).direction() - course;
+            let error = self.aircraft.velocity().direction() - course;
             return (COURSE_GAIN * error.rad()).clamp(-roll_max_rad, roll_max_rad);
         }
-        let to_point = self.guided_point - self.position;
+        let to_point = self.guided_point - self.aircraft.position;
         let radial = (to_point.length_m() / self.loiter_radius_m).clamp(0.0, 2.0);
         let desired = to_point.direction() + Angle::from_rad((2.0 - radial) * 0.25 * math::PI);
-        -(1.0 * (desired - self.heading).rad()).clamp(-0.7, 0.7)
+        (self.aircraft.velocity().direction() - desired).rad().clamp(-0.7, 0.7)
     }
 
     /// Simulates a step and returns the datagrams that the autopilot sends.
@@ -294,18 +281,12 @@ impl Plane {
         }
         let roll_limit_rad = 65f64.to_radians();
         let target_rad = self.roll_target.map_or_else(|| self.own_roll_rad(), |(_, roll_rad)| roll_rad);
-        let target_rad = target_rad.clamp(-roll_limit_rad, roll_limit_rad);
-        self.roll_rad += (target_rad - self.roll_rad) * STEP_S / ROLL_TIME_CONSTANT_S;
-        let (sin, cos) = math::sin_cos(self.roll_rad);
-        let turn_rate_rad_s = -TURN_RESPONSE * GRAVITY_M_S2 * sin / cos / self.airspeed_m_s;
-        self.heading = self.heading + Angle::from_rad(turn_rate_rad_s * STEP_S);
-        let change = |from: f64, to: f64, rate: f64| (to - from).clamp(-rate * STEP_S, rate * STEP_S);
-        self.airspeed_m_s += change(self.airspeed_m_s, self.commanded_airspeed_m_s, ACCELERATION_M_S2);
-        self.altitude_m += change(self.altitude_m, self.commanded_altitude_m, CLIMB_RATE_M_S);
-        let [east_m_s, north_m_s] = self.velocity_m_s();
-
-        self.position =
-            Position::from_m(self.position.x_m() + east_m_s * STEP_S, self.position.y_m() + north_m_s * STEP_S);
+        self.aircraft.roll_command_rad = target_rad.clamp(-roll_limit_rad, roll_limit_rad);
+        for _ in 0..STEPS {
+            self.aircraft.advance();
+        }
+        let climb_max_m = CLIMB_RATE_M_S * STEP_S;
+        self.altitude_m += (self.commanded_altitude_m - self.altitude_m).clamp(-climb_max_m, climb_max_m);
         self.steps += 1;
         if self.is_mute { Vec::new() } else { self.telemetry() }
     }
@@ -333,29 +314,31 @@ impl Plane {
             self.send(&MavMessage::HOME_POSITION(home), &mut sent);
         }
         if attitude {
-            let (roll, yaw) = (self.roll_rad as f32, (Angle::from_deg(90.0) - self.heading).rad() as f32);
+            let yaw = (Angle::from_deg(90.0) - self.aircraft.heading()).rad() as f32;
+            let roll = self.aircraft.roll_rad as f32;
             let attitude = ATTITUDE_DATA { time_boot_ms, roll, yaw, ..ATTITUDE_DATA::default() };
             self.send(&MavMessage::ATTITUDE(attitude), &mut sent);
         }
-        let [east_m_s, north_m_s] = self.velocity_m_s();
+        let velocity = self.aircraft.velocity();
         if position {
-            let [lat, lon] = self.plane.degrees_at(self.position).unwrap().map(|deg| (deg * 1e7).round() as i32);
+            let [lat, lon] =
+                self.plane.degrees_at(self.aircraft.position).unwrap().map(|deg| (deg * 1e7).round() as i32);
             let position = GLOBAL_POSITION_INT_DATA {
                 time_boot_ms,
                 lat,
                 lon,
-                alt: ((self.altitude_m + 400.0) * 1e3) as i32,
+                alt: ((self.altitude_m + HOME_ALTITUDE_M) * 1e3) as i32,
                 relative_alt: (self.altitude_m * 1e3) as i32,
-                vx: (north_m_s * 1e2).round() as i16,
-                vy: (east_m_s * 1e2).round() as i16,
+                vx: (velocity.y_m_s() * 1e2).round() as i16,
+                vy: (velocity.x_m_s() * 1e2).round() as i16,
                 vz: 0,
                 hdg: u16::MAX,
             };
             self.send(&MavMessage::GLOBAL_POSITION_INT(position), &mut sent);
         }
         if hud {
-            let groundspeed = math::hypot(east_m_s, north_m_s) as f32;
-            let hud = VFR_HUD_DATA { airspeed: self.airspeed_m_s as f32, groundspeed, ..VFR_HUD_DATA::default() };
+            let (airspeed, groundspeed) = (self.aircraft.airspeed_m_s as f32, velocity.speed_m_s() as f32);
+            let hud = VFR_HUD_DATA { airspeed, groundspeed, ..VFR_HUD_DATA::default() };
             self.send(&MavMessage::VFR_HUD(hud), &mut sent);
         }
         sent

@@ -48,7 +48,7 @@ fn the_orbit_error_is_at_most_10_m_rms_around_a_moving_target() {
 #[test]
 fn the_wind_is_estimated_and_the_orbit_error_in_wind_of_8_m_s_is_at_most_10_m_rms() {
     let mut flight = Flight::new(config(), None);
-    flight.vehicle.wind_m_s = [6.4, -4.8];
+    flight.vehicle.aircraft.wind_m_s = [6.4, -4.8];
     flight.fly(120.0);
     let wind = flight.companion.output.diagnostics.wind.unwrap();
     let line = standoff_fly::status::line(flight.now(), &flight.companion);
@@ -98,7 +98,7 @@ fn a_silent_feed_requests_a_circle_after_which_no_roll_target_follows() {
     assert!(last_roll_at_s <= circle_at_s + 0.01, "{last_roll_at_s} {circle_at_s}");
     // The aircraft circles where it was.
     flight.fly(120.0);
-    assert!(flight.vehicle.position.distance_m(flight.vehicle.guided_point) < 120.0);
+    assert!(flight.vehicle.aircraft.position.distance_m(flight.vehicle.guided_point) < 120.0);
     // The feed is back: the pilot has to select GUIDED again.
     flight.has_feed = true;
     flight.fly(5.0);
@@ -213,7 +213,7 @@ fn the_fence_is_kept_in_wind_that_the_scenario_does_not_expect() {
 
 fn assert_fence_kept(config: Config, wind_m_s: [f64; 2]) {
     let mut flight = Flight::new(config, None);
-    flight.vehicle.wind_m_s = wind_m_s;
+    flight.vehicle.aircraft.wind_m_s = wind_m_s;
     flight.vehicle.set("FENCE_TYPE", 7.0);
     flight.vehicle.set("FENCE_RADIUS", 4000.0);
     let inclusion = MavCmd::MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION;
@@ -227,8 +227,12 @@ fn assert_fence_kept(config: Config, wind_m_s: [f64; 2]) {
     let mut nearest_m = f64::INFINITY;
     for _ in 0..2200 {
         flight.step();
-        nearest_m = nearest_m.min(flight.vehicle.position.distance_m(obstacle));
-        assert!(flight.companion.fence().unwrap().contains(flight.vehicle.position), "{:?}", flight.vehicle.position);
+        nearest_m = nearest_m.min(flight.vehicle.aircraft.position.distance_m(obstacle));
+        assert!(
+            flight.companion.fence().unwrap().contains(flight.vehicle.aircraft.position),
+            "{:?}",
+            flight.vehicle.aircraft.position
+        );
     }
     println!("wind {wind_m_s:?}: smallest distance from the centre of the exclusion circle of 120 m: {nearest_m:.0} m");
     assert_eq!((flight.companion.authority(), flight.vehicle.violations.len()), (State::Engaged, 0));
@@ -281,7 +285,7 @@ fn nothing_is_commanded_outside_the_fence_or_with_a_fence_that_cannot_be_kept() 
 fn with_course_commands_the_orbit_error_is_at_most_10_m_rms_and_no_roll_target_is_sent() {
     for wind_m_s in [[0.0; 2], [3.0, -4.0]] {
         let mut flight = Flight::new(Config { steer: Steer::Course, ..config() }, None);
-        flight.vehicle.wind_m_s = wind_m_s;
+        flight.vehicle.aircraft.wind_m_s = wind_m_s;
         flight.fly(120.0);
         assert_eq!(flight.companion.authority(), State::Engaged);
         let sent = flight.vehicle.course_commands;
@@ -308,7 +312,7 @@ fn the_end_of_the_program_requests_a_circle_until_it_is_accepted() {
         let commands = (flight.vehicle.course_commands, flight.vehicle.roll_target_at_s);
         flight.fly(60.0);
         assert_eq!((flight.vehicle.course_commands, flight.vehicle.roll_target_at_s), commands);
-        assert!(flight.vehicle.position.distance_m(flight.vehicle.guided_point) < 150.0, "{steer:?}");
+        assert!(flight.vehicle.aircraft.position.distance_m(flight.vehicle.guided_point) < 150.0, "{steer:?}");
     }
 }
 
@@ -364,7 +368,7 @@ fn a_record_has_the_teammates_that_the_agent_knows() {
         let mut config = Config { uav: UavId(uav), teammates: vec![UavId(1 - uav)], ..config() };
         config.params.link = LinkModel::Lossy;
         let mut flight = Flight::new(config, None);
-        flight.vehicle.position = Position::from_m(-400.0 + 700.0 * f64::from(uav), -300.0);
+        flight.vehicle.aircraft.position = Position::from_m(-400.0 + 700.0 * f64::from(uav), -300.0);
         flight
     });
     for _ in 0..300 {
@@ -378,7 +382,7 @@ fn a_record_has_the_teammates_that_the_agent_knows() {
         let frame = flight.frames.last().unwrap();
         assert_eq!(frame.uavs.iter().map(|row| row.uav).collect::<Vec<_>>(), [0, 1]);
         let teammate = &frame.uavs[other.companion.agent().id().0 as usize];
-        let error_m = Position::from_m(teammate.x_m, teammate.y_m).distance_m(other.vehicle.position);
+        let error_m = Position::from_m(teammate.x_m, teammate.y_m).distance_m(other.vehicle.aircraft.position);
         assert!(error_m < 20.0 && teammate.group.is_some(), "{error_m} {teammate:?}");
     }
 }

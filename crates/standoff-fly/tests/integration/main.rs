@@ -6,4 +6,5 @@
 mod common;
 mod flight;
 mod hostile;
+mod identified_aircraft;
 mod real_time;

@@ -44,7 +44,7 @@ fn fly(count: u32, seconds: f64) -> Vec<(live::Seen, plane::Plane, Vec<String>)>
         });
         let vehicle = thread::spawn(move || {
             let mut vehicle = plane::Plane::new(flight::local_plane(), Some(&key()));
-            vehicle.position = Position::from_m(-400.0 + 700.0 * f64::from(id), -300.0);
+            vehicle.aircraft.position = Position::from_m(-400.0 + 700.0 * f64::from(id), -300.0);
             let seen = live::fly(&mut vehicle, &flight::local_plane(), &link, &feed, seconds);
             (seen, vehicle)
         });
