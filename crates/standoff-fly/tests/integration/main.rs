@@ -7,4 +7,5 @@ mod common;
 mod flight;
 mod hostile;
 mod identified_aircraft;
+mod inner_loop;
 mod real_time;
