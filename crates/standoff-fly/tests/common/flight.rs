@@ -1,6 +1,6 @@
 //! Flight of the companion's program with the double of the vehicle, in simulated time.
 
-use standoff::{Geofence, PointingTarget, Position, TeamParams, Time, UavId};
+use standoff::{Geofence, PointingTarget, TeamParams, Time, UavId};
 use standoff_fly::codec::{Codec, SigningKey};
 use standoff_fly::companion::Companion;
 use standoff_fly::config::{Config, Steer};
@@ -8,7 +8,8 @@ use standoff_io::geodesy::LocalPlane;
 use standoff_record::Frame;
 
 use super::identified_aircraft::Noise;
-use super::plane::{Plane, STEP_S, TARGET_SPEED_M_S, cue_line};
+use super::offline_flight::{Target, straight};
+use super::plane::{Plane, STEP_S, cue_line};
 
 /// Start of the flights in the team's time.
 const START_US: i64 = 1_000_000_000_000;
@@ -44,6 +45,7 @@ pub(crate) struct Flight {
     pub(crate) companion: Companion,
     codec: Codec,
     pub(crate) vehicle: Plane,
+    pub(crate) target: Target,
     /// Pointing target of the simulated gimbal and its time.
     pointing: Option<(Time, PointingTarget)>,
     pub(crate) has_feed: bool,
@@ -62,6 +64,7 @@ impl Flight {
             companion: Companion::new(config).unwrap(),
             codec: Codec::new(1, key),
             vehicle: Plane::new(local_plane(), key),
+            target: Target::new(straight),
             pointing: None,
             has_feed: true,
             frames: Vec::new(),
@@ -75,13 +78,9 @@ impl Flight {
         Time::from_us(START_US + (self.vehicle.time_s() * 1e6).round() as i64)
     }
 
-    pub(crate) fn target(&self) -> Position {
-        Position::from_m(TARGET_SPEED_M_S * self.vehicle.time_s(), 0.0)
-    }
-
     /// Distance of the UAV from the target, m.
     pub(crate) fn range_m(&self) -> f64 {
-        self.vehicle.aircraft.position.distance_m(self.target())
+        self.vehicle.aircraft.position.distance_m(self.target.position)
     }
 
     /// Passes bytes to the companion as a datagram from the vehicle's address.
@@ -97,7 +96,7 @@ impl Flight {
         let own = self.vehicle.aircraft.position;
         let sensor = params().track.sensor;
         let boresight = self.pointing.map(|(at, pointing)| pointing.boresight(own, now - at));
-        let seen = boresight.and_then(|boresight| sensor.measure(own, boresight, self.target()));
+        let seen = boresight.and_then(|boresight| sensor.measure(own, boresight, self.target.position));
         let detections = seen.map_or(String::new(), |z| {
             let range_m = (z.range_m + self.noise[0] * self.random.next()).max(1.0);
             let bearing_deg = 90.0 - z.bearing.deg() + (self.noise[1] * self.random.next()).to_degrees();
@@ -110,12 +109,13 @@ impl Flight {
     /// Cue for the target.
     pub(crate) fn cue(&mut self) {
         let now = self.now();
-        self.companion.hear_feed(now, &cue_line(&local_plane(), self.target())).unwrap();
+        self.companion.hear_feed(now, &cue_line(&local_plane(), self.target.position)).unwrap();
     }
 
     /// Flies a step of 0.1 s.
     pub(crate) fn step(&mut self) {
         for _ in 0..(0.1 / STEP_S).round() as u32 {
+            self.target.advance(STEP_S);
             for datagram in self.vehicle.advance() {
                 self.hear(&datagram);
             }

@@ -3,7 +3,8 @@
 use standoff::research::{VectorField, math};
 use standoff::{Angle, Displacement, OrbitDirection, Position, Velocity};
 
-use super::identified_aircraft::{IdentifiedAircraft, Noise, STEP_S};
+use super::identified_aircraft::{self, IdentifiedAircraft, Noise, STEP_S};
+use super::plane::TARGET_SPEED_M_S;
 
 /// Period of roll commands, s.
 pub(crate) const PERIOD_S: f64 = 0.1;
@@ -43,9 +44,7 @@ pub(crate) struct Orbit {
 }
 
 impl Orbit {
-    /// Desired course over ground at a position, at the ground speed.
-    ///
-    /// Implements Eq. (28), (29).
+    /// Desired course over ground at a position, at the ground speed (28, 29).
     pub(crate) fn course(&self, known: &Known) -> Angle {
         let Self { radius_m, radial_gain } = *self;
         let field = VectorField { radius_m, radial_gain, orbit_direction: OrbitDirection::Anticlockwise };
@@ -74,6 +73,48 @@ pub(crate) trait InnerLoop {
 
 /// Motion of the target: speed, m/s, and turn rate, rad/s, positive to the left, at a time, s.
 pub(crate) type TargetMotion = fn(f64) -> [f64; 2];
+
+/// Target that moves straight at the speed of most tests.
+pub(crate) fn straight(_: f64) -> [f64; 2] {
+    [TARGET_SPEED_M_S, 0.0]
+}
+
+/// Target that turns by 90 degrees at 9 deg/s and by 180 at 18 deg/s, stops within 3 s, starts, and turns again.
+pub(crate) fn manoeuvring(time_s: f64) -> [f64; 2] {
+    let turn_deg_s = match time_s {
+        70.0..80.0 => 9.0,
+        110.0..120.0 => -18.0,
+        230.0..235.0 => 18.0,
+        _ => 0.0,
+    };
+    let stopped = ((time_s - 160.0) / 3.0).clamp(0.0, 1.0) - ((time_s - 183.0) / 3.0).clamp(0.0, 1.0);
+    [TARGET_SPEED_M_S * (1.0 - stopped), f64::to_radians(turn_deg_s)]
+}
+
+/// Target that starts at the origin to the east.
+#[derive(Debug, Clone)]
+pub(crate) struct Target {
+    pub(crate) motion: TargetMotion,
+    pub(crate) position: Position,
+    pub(crate) velocity: Velocity,
+    time_s: f64,
+    course: Angle,
+}
+
+impl Target {
+    pub(crate) fn new(motion: TargetMotion) -> Self {
+        let velocity = Velocity::from_polar(motion(0.0)[0], Angle::ZERO);
+        Self { motion, position: Position::ORIGIN, velocity, time_s: 0.0, course: Angle::ZERO }
+    }
+
+    pub(crate) fn advance(&mut self, step_s: f64) {
+        let [speed_m_s, turn_rate_rad_s] = (self.motion)(self.time_s);
+        self.velocity = Velocity::from_polar(speed_m_s, self.course);
+        self.position = self.position + self.velocity * step_s;
+        self.course = self.course + Angle::from_rad(turn_rate_rad_s * step_s);
+        self.time_s += step_s;
+    }
+}
 
 /// A flight of [`Flight::fly`].
 #[derive(Debug, Clone)]
@@ -106,32 +147,30 @@ impl Flight {
     /// Flies the aircraft with a loop.
     pub(crate) fn fly(mut self, inner_loop: &mut impl InnerLoop) -> Flown {
         let [seconds, from_s] = self.seconds;
-        let (mut target, mut course) = (Position::ORIGIN, Angle::ZERO);
+        let mut target = Target::new(self.target);
         let mut noise = self.centre_seed.map(|seed| ([0.0; 4], Noise::new(seed)));
         let mut samples = Vec::new();
         for period in 0..(seconds / PERIOD_S) as usize {
             let time_s = period as f64 * PERIOD_S;
-            let [speed_m_s, turn_rate_rad_s] = (self.target)(time_s);
             let mut known = None;
             for step in 0..STEPS {
                 if step == STEPS - AGE_STEPS {
                     let error = noise.as_mut().map_or([0.0; 4], next_error);
-                    known = Some(self.known((target, Velocity::from_polar(speed_m_s, course)), error));
+                    known = Some(self.known(&target, error));
                 }
                 self.aircraft.advance();
-                target = target + Velocity::from_polar(speed_m_s, course) * STEP_S;
-                course = course + Angle::from_rad(turn_rate_rad_s * STEP_S);
+                target.advance(STEP_S);
             }
             self.command(inner_loop, &known.unwrap());
             if time_s >= from_s {
-                let error_m = self.aircraft.position.distance_m(target) - self.orbit.radius_m;
+                let error_m = self.aircraft.position.distance_m(target.position) - self.orbit.radius_m;
                 samples.push([error_m, self.aircraft.roll_rad, self.aircraft.roll_rate_rad_s]);
             }
         }
         Flown::of(&samples)
     }
 
-    fn known(&self, (centre, centre_velocity): (Position, Velocity), error: [f64; 4]) -> Known {
+    fn known(&self, target: &Target, error: [f64; 4]) -> Known {
         let aircraft = &self.aircraft;
         let [x_m, y_m, x_m_s, y_m_s] = error;
         Known {
@@ -140,8 +179,8 @@ impl Flight {
             heading: aircraft.heading(),
             roll_rad: aircraft.roll_rad,
             true_airspeed_m_s: aircraft.true_airspeed_m_s(),
-            centre: centre + Displacement::from_m(x_m, y_m),
-            centre_velocity: centre_velocity + Velocity::from_m_s(x_m_s, y_m_s),
+            centre: target.position + Displacement::from_m(x_m, y_m),
+            centre_velocity: target.velocity + Velocity::from_m_s(x_m_s, y_m_s),
         }
     }
 
@@ -151,7 +190,7 @@ impl Flight {
         if let Some(speed_m_s) = self.ground_speed_m_s {
             let [east, north] = aircraft.wind_m_s;
             let air = Velocity::from_polar(speed_m_s, known.velocity.direction()) - Velocity::from_m_s(east, north);
-            let calibrated_m_s = air.speed_m_s() / super::identified_aircraft::TRUE_PER_CALIBRATED;
+            let calibrated_m_s = air.speed_m_s() / identified_aircraft::TRUE_PER_CALIBRATED;
             aircraft.airspeed_command_m_s = calibrated_m_s.clamp(AIRSPEEDS_M_S[0], AIRSPEEDS_M_S[1]);
         }
     }

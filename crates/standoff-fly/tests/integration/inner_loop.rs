@@ -3,7 +3,9 @@
 use crate::common::former_loop::FormerLoop;
 use crate::common::identified_aircraft::{Airframe, IdentifiedAircraft, TRUE_PER_CALIBRATED};
 use crate::common::margins::{AGE_S, Condition, Gains, aircraft, dead_time, margins, margins_of, mean_over, real};
-use crate::common::offline_flight::{Flight, Flown, InnerLoop, Known, Orbit, PERIOD_S, TargetMotion};
+use crate::common::offline_flight::{
+    Flight, Flown, InnerLoop, Known, Orbit, PERIOD_S, TargetMotion, manoeuvring, straight,
+};
 use standoff::research::{GRAVITY_M_S2, math};
 use standoff::{Angle, Position};
 
@@ -51,23 +53,6 @@ impl InnerLoop for LawR {
         self.is_at_limit = roll_rad.abs() > ROLL_MAX_RAD;
         roll_rad.clamp(-ROLL_MAX_RAD, ROLL_MAX_RAD)
     }
-}
-
-/// Target that flies straight at 6.7 m/s.
-fn straight(_: f64) -> [f64; 2] {
-    [6.7, 0.0]
-}
-
-/// Target that turns by 90 degrees at 9 deg/s and by 180 at 18 deg/s, stops within 3 s, starts, and turns again.
-fn manoeuvring(time_s: f64) -> [f64; 2] {
-    let turn_deg_s = match time_s {
-        70.0..80.0 => 9.0,
-        110.0..120.0 => -18.0,
-        230.0..235.0 => 18.0,
-        _ => 0.0,
-    };
-    let stopped = ((time_s - 160.0) / 3.0).clamp(0.0, 1.0) - ((time_s - 183.0) / 3.0).clamp(0.0, 1.0);
-    [6.7 * (1.0 - stopped), f64::to_radians(turn_deg_s)]
 }
 
 /// Flight at a true airspeed, m/s, in a wind, m/s, which blows with turbulence.
