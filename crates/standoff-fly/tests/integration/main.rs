@@ -2,6 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests")]
 
+mod behind_autopilot;
 #[path = "../common/mod.rs"]
 mod common;
 mod flight;
