@@ -14,6 +14,7 @@ pub use crate::enclosing_circle::EnclosingCircle;
 pub use crate::grid::Grid;
 pub use crate::guidance::geofence::{ZONE_ALTITUDE_MAX_M, ZONES_MAX};
 pub use crate::guidance::heading::{Orbit, ground_speed_m_s, steer};
+pub use crate::guidance::inner_loop::InnerLoopGains;
 pub use crate::guidance::orbit_motion::OrbitMotion;
 pub use crate::guidance::pair_information::{
     equal_accuracy_range_m, optimal_phase_difference_rad, pair_information_1_m4, pair_information_at_1_m4,

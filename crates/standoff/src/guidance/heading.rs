@@ -102,16 +102,21 @@ pub struct Guidance {
     pub speed_m_s: f64,
     /// Distance of the UAV to the right of the path, m: outside an anticlockwise orbit, inside a clockwise one.
     pub right_of_path_m: f64,
+    /// Rate a at which a UAV that follows the law comes nearer to the path, 1/s: d' = -a d; on an orbit v / (k_l r_d).
+    pub closing_rate_1_s: f64,
 }
 
-/// An orbit and the law that leads onto it, which a UAV follows until its next decision.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct DesiredPath {
-    pub(crate) law: GuidanceParams,
-    /// Orbit at the time of the decision.
-    pub(crate) orbit: Orbit,
-    /// Ground speed, m/s.
-    pub(crate) speed_m_s: f64,
+research_fields! {
+    /// An orbit and the law that leads onto it, which a UAV follows until its next decision.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct DesiredPath {
+        /// Gains of the law.
+        pub(crate) law: GuidanceParams,
+        /// Orbit at the time of the decision.
+        pub(crate) orbit: Orbit,
+        /// Ground speed, m/s.
+        pub(crate) speed_m_s: f64,
+    }
 }
 
 impl DesiredPath {
@@ -260,8 +265,13 @@ impl OrbitRelativeState {
             Feedforward::StaticCentre => sense * stationary_centre_rad_s(r_m, orbit, speed_m_s, orbit.distance_m),
             Feedforward::Paper => sense * stationary_centre_rad_s(r_m, orbit, speed_m_s, r_m),
         };
-        let right_of_path_m = sense * (r_m - orbit.steered.radius_m);
-        Guidance { course: flown.heading, turn_rate_rad_s, speed_m_s, right_of_path_m }
+        Guidance {
+            course: flown.heading,
+            turn_rate_rad_s,
+            speed_m_s,
+            right_of_path_m: sense * (r_m - orbit.steered.radius_m),
+            closing_rate_1_s: speed_m_s / (params.radial_gain * orbit.steered.radius_m),
+        }
     }
 
     /// See [`steer`]. The position of `own` must be the one that `self` was created with.

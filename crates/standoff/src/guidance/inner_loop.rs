@@ -1,14 +1,15 @@
 //! Inner loop of an aircraft that banks: from guidance to a roll command, about every 0.1 s.
 //!
 //! ```text
-//! psi'  = (f + i) dpsi/dchi - k (psi - psi_d)      i' = k_i d,  |i| <= i_max      heading rate
+//! psi'  = (f + i) dpsi/dchi - k (psi - psi_d)      i' = k a / (V T_i) d,  |i| <= i_max      heading rate
 //! a'    = (V_a psi' - a) / tau_a                   phi_c = -atan(a / (s g))       lateral acceleration, roll
 //! ```
 //!
 //! A turn that avoids an aircraft or a zone is no feedback: it is flown without tau_a, as its prediction assumes.
 //!
 //! f is the turn rate of the path, as the law returns it for the position and velocity of the UAV now, and psi_d the
-//! heading of its course chi_d at the airspeed V_a, by the wind triangle; d is the distance to the right of the path. Nothing is extrapolated over the lag of the aircraft: that would
+//! heading of its course chi_d at the airspeed V_a, by the wind triangle; d is the distance to the right of the path, and a
+//! its closing rate. Near the path the course has the gain k + a, so that k is smaller on paths that close fast. Nothing is extrapolated over the lag of the aircraft: that would
 //! differentiate the course, and aircraft that answer faster than their model then roll from side to side. The integral
 //! i replaces what is missing in a steady turn, and tau_a makes the gain fall where the aircraft rolls late. The tests
 //! compute the margins of the loop for an identified aircraft.
@@ -31,11 +32,15 @@ use crate::math;
 use crate::uav::UavState;
 use crate::wind::Wind;
 
-/// Gain k on the error of the course, 1/s.
-pub(crate) const COURSE_GAIN_1_S: f64 = 0.3;
+/// Sum of the gain k on the error of the heading and the closing rate a of the path, 1/s: near its path, the loop has the
+/// gain k + a on the course.
+const COURSE_GAIN_1_S: f64 = 0.8;
 
-/// Gain k_i on the distance from the path, rad/(s2 m).
-const INTEGRAL_GAIN: f64 = 5e-4;
+/// Bounds of k, 1/s.
+const HEADING_GAIN_1_S: RangeInclusive<f64> = 0.1..=0.3;
+
+/// Time constant T_i of the integral, s: k_i = k a / (V T_i).
+const INTEGRAL_TIME_S: f64 = 8.0;
 
 /// Bound of the integral, rad/s.
 const INTEGRAL_MAX_RAD_S: f64 = 0.08;
@@ -61,11 +66,34 @@ const SHARE_LAG_S: f64 = 3.0;
 /// Largest measured roll for which a turn rate is computed, rad.
 const MEASURED_ROLL_MAX_RAD: f64 = 80.0 * math::PI / 180.0;
 
-/// Lowest airspeed by which turn rates are computed, m/s.
-const AIRSPEED_MIN_M_S: f64 = 1.0;
+/// Lowest speed by which rates are computed, m/s.
+const SPEED_MIN_M_S: f64 = 1.0;
 
 /// Longest time between two steps that counts, s.
 const STEP_MAX_S: f64 = 0.5;
+
+/// Gains of the loop on a path.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct InnerLoopGains {
+    /// Gain k on the error of the heading, 1/s.
+    pub heading_1_s: f64,
+    /// Gain k_i = k a / (V T_i) on the distance from the path, rad/(s2 m).
+    pub integral_rad_s2_m: f64,
+    /// Time constant tau_a of the commanded acceleration, s.
+    pub filter_s: f64,
+}
+
+impl InnerLoopGains {
+    /// Returns the gains on a path.
+    pub fn of(path: &Guidance) -> Self {
+        // Unlike `clamp`, this accepts a rate that is not a number.
+        let heading_1_s =
+            (COURSE_GAIN_1_S - path.closing_rate_1_s).max(*HEADING_GAIN_1_S.start()).min(*HEADING_GAIN_1_S.end());
+        let time_m = path.speed_m_s.max(SPEED_MIN_M_S) * INTEGRAL_TIME_S;
+        let integral_rad_s2_m = heading_1_s * path.closing_rate_1_s / time_m;
+        Self { heading_1_s, integral_rad_s2_m, filter_s: ACCELERATION_LAG_S }
+    }
+}
 
 /// What the loop flies.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -123,7 +151,7 @@ impl InnerLoop {
     pub fn step(&mut self, inputs: &InnerLoopInputs, dt_s: f64) -> f64 {
         let dt_s = finite(dt_s).clamp(0.0, STEP_MAX_S);
         let roll_max_rad = finite(inputs.roll_max_rad).clamp(0.0, 0.5 * math::PI);
-        let airspeed_m_s = finite(inputs.wind.air_velocity(inputs.own.velocity()).airspeed_m_s).max(AIRSPEED_MIN_M_S);
+        let airspeed_m_s = finite(inputs.wind.air_velocity(inputs.own.velocity()).airspeed_m_s).max(SPEED_MIN_M_S);
         self.follow_share(inputs, airspeed_m_s, dt_s);
         let (demanded_m_s2, gain) = match inputs.demand {
             Demand::Path(path) => {
@@ -152,12 +180,13 @@ impl InnerLoop {
         (airspeed_m_s, roll_max_rad): (f64, f64),
         dt_s: f64,
     ) -> f64 {
+        let gains = InnerLoopGains::of(path);
         let is_limited = self.roll_rad.abs() >= roll_max_rad;
         if !is_limited && path.right_of_path_m.abs() <= INTEGRAL_REACH_M {
-            let integral_rad_s = self.integral_rad_s + INTEGRAL_GAIN * path.right_of_path_m * dt_s;
-            self.integral_rad_s = integral_rad_s.clamp(-INTEGRAL_MAX_RAD_S, INTEGRAL_MAX_RAD_S);
+            let added_rad_s = finite(gains.integral_rad_s2_m * path.right_of_path_m) * dt_s;
+            self.integral_rad_s = (self.integral_rad_s + added_rad_s).clamp(-INTEGRAL_MAX_RAD_S, INTEGRAL_MAX_RAD_S);
         }
-        airspeed_m_s * wind.heading_rate_rad_s(own, path, COURSE_GAIN_1_S, self.integral_rad_s)
+        airspeed_m_s * wind.heading_rate_rad_s(own, path, gains.heading_1_s, self.integral_rad_s)
     }
 
     /// Updates the share of the coordinated turn rate from the measured turn and roll.
@@ -180,7 +209,7 @@ impl InnerLoop {
 
 /// Course rate that leads a UAV on a course onto a path, rad/s, without the integral.
 pub(crate) fn course_rate_rad_s(path: &Guidance, course: Angle) -> f64 {
-    path.turn_rate_rad_s - COURSE_GAIN_1_S * (course - path.course).rad()
+    path.turn_rate_rad_s - InnerLoopGains::of(path).heading_1_s * (course - path.course).rad()
 }
 
 fn finite(value: f64) -> f64 {
@@ -251,7 +280,13 @@ mod tests {
         let inward = Angle::from_rad((right_of_path_m / (0.3 * RADIUS_M)).clamp(-1.0, 1.0));
         let inward_rate_rad_s = own.speed_m_s * math::sin((own.heading - tangent).rad()) / (0.3 * RADIUS_M);
         let turn_rate_rad_s = own.speed_m_s / RADIUS_M - inward_rate_rad_s;
-        Demand::Path(Guidance { course: tangent + inward, turn_rate_rad_s, speed_m_s: own.speed_m_s, right_of_path_m })
+        Demand::Path(Guidance {
+            course: tangent + inward,
+            turn_rate_rad_s,
+            speed_m_s: own.speed_m_s,
+            right_of_path_m,
+            closing_rate_1_s: own.speed_m_s / (0.3 * RADIUS_M),
+        })
     }
 
     /// Whatever share the aircraft turns at, and in wind, it settles on the circle.
@@ -328,7 +363,8 @@ mod tests {
                     turn_rate_rad_s: e,
                     vertical: None,
                 };
-                let path = Guidance { course: Angle::from_rad(f), turn_rate_rad_s: g, speed_m_s: d, right_of_path_m: a };
+                let (course, closing_rate_1_s) = (Angle::from_rad(f), b);
+                let path = Guidance { course, turn_rate_rad_s: g, speed_m_s: d, right_of_path_m: a, closing_rate_1_s };
                 for demand in [Demand::Path(path), Demand::Turn(f)] {
                     let wind = Wind { velocity: Velocity::from_m_s(e, g) };
                     let inputs = InnerLoopInputs { demand, own, wind, roll_rad: Some(b), roll_max_rad };
