@@ -118,7 +118,7 @@ fn stationary_centre_rad_s(form: Feedforward, r_m: f64) -> f64 {
     let orbit = orbit(Position::ORIGIN, Velocity::ZERO, ORBIT_M);
     let position = Position::from_m(r_m, 0.0);
     let uav = UavState::level_flight(position, standoff::Angle::ZERO, SPEED_M_S);
-    steer(&guidance, aircraft.turn_rate_lag_s, &uav, &orbit, SPEED_M_S).feedforward_rad_s
+    steer(&guidance, &aircraft, &uav, &orbit, SPEED_M_S).feedforward_rad_s
 }
 
 /// Computes the turn rate of the field's heading along the field by central differences, rad/s.

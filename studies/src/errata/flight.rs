@@ -64,7 +64,7 @@ impl Flight {
             if step >= SETTLED {
                 errors_m.push((state.position.distance_m(orbit.centre) - self.radius_m).abs());
             }
-            let steering = steer(&self.guidance, self.uav.turn_rate_lag_s, &state, &orbit, self.uav.speed_m_s);
+            let steering = steer(&self.guidance, &self.uav, &state, &orbit, self.uav.speed_m_s);
             let command = Command { speed_m_s: self.uav.speed_m_s, turn_rate_rad_s: steering.turn_rate_rad_s };
             state = response.step(&state, self.uav.limit(command).command);
         }

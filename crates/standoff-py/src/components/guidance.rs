@@ -213,7 +213,7 @@ pub(crate) fn steer(
             turn_rate_rad_s: turn_rate.one(row),
             vertical: None,
         };
-        research::steer(&guidance, team.uav.turn_rate_lag_s, &state, &orbit, speed.one(row))
+        research::steer(&guidance, &team.uav, &state, &orbit, speed.one(row))
     })?;
     let made = |of: fn(&standoff::Steering) -> f64| Made::of(py, &lead, &[], steerings.iter().map(of).collect());
     Ok(Steering {
