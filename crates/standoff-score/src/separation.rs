@@ -343,8 +343,8 @@ pub(crate) fn take_least(least: &mut Option<f64>, value: f64) {
 mod tests {
     use super::*;
     use crate::row_fixtures::uav_row;
-    use standoff::TeamParams;
     use standoff::research::math::{self, PI};
+    use standoff::{Angle, TeamParams, Velocity};
 
     fn rules(period_s: f64) -> SeparationRules {
         let model = PathModel::new(&TeamParams::recommended(), period_s);
@@ -432,15 +432,35 @@ mod tests {
             ..uav_row(0)
         };
         let other = UavRow { x_m: radius_m + 10.0, speed_m_s: 0.0, speed_command_m_s: 0.0, ..uav_row(1) };
-        let mut separations = Separations::default();
-        for (time_us, angle_rad) in [(0, 0.6), (2_000_000, -0.6)] {
-            let uavs = vec![on_circle(angle_rad), other];
-            separations.frame(&rules(2.0), &Frame { time_us, uavs, ..Frame::default() });
+        // A wind of 13 m/s moves both alike.
+        let wind = Velocity::from_m_s(12.0, -5.0);
+        let in_wind = |row: &UavRow, after_s: f64| {
+            let ground = Velocity::from_polar(row.speed_m_s, Angle::from_rad(row.heading_rad)) + wind;
+            UavRow {
+                x_m: row.x_m + wind.x_m_s() * after_s,
+                y_m: row.y_m + wind.y_m_s() * after_s,
+                heading_rad: ground.direction().rad(),
+                speed_m_s: ground.speed_m_s(),
+                airspeed_m_s: Some(row.speed_m_s),
+                air_heading_rad: Some(row.heading_rad),
+                wind_x_m_s: Some(wind.x_m_s()),
+                wind_y_m_s: Some(wind.y_m_s()),
+                ..*row
+            }
+        };
+        for is_calm in [true, false] {
+            let mut separations = Separations::default();
+            for (after_s, angle_rad) in [(0.0, 0.6), (2.0, -0.6)] {
+                let calm = [on_circle(angle_rad), other];
+                let uavs = calm.map(|row| if is_calm { row } else { in_wind(&row, after_s) }).to_vec();
+                let time_us = (1e6 * after_s) as i64;
+                separations.frame(&rules(2.0), &Frame { time_us, uavs, ..Frame::default() });
+            }
+            for least_m in [separations.min_m, separations.min_same_altitude_m, separations.min_same_group_m] {
+                assert!((least_m.unwrap() - 10.0).abs() < 0.01, "{least_m:?}");
+            }
+            assert_eq!(separations.violations, 1);
         }
-        for least_m in [separations.min_m, separations.min_same_altitude_m, separations.min_same_group_m] {
-            assert!((least_m.unwrap() - 10.0).abs() < 0.01, "{least_m:?}");
-        }
-        assert_eq!(separations.violations, 1);
         let chord_m = radius_m + 10.0 - radius_m * math::cos(0.6);
         assert!(chord_m > 30.0);
     }
