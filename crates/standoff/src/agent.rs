@@ -8,13 +8,13 @@
 //! rest is individual to this UAV. With an ideal radio, [`TeamAgent`](crate::TeamAgent) does the same without a log.
 
 use crate::command_law::{CommandLaw, LastDecision};
-use crate::guidance::geofence::Geofence;
-use crate::guidance::team_geofence::TeamGeofence;
 use crate::intruders::Intruders;
 use crate::message::{Message, Scan};
 use crate::message_log::{Replica, TeammateStatus};
 use crate::output::{AgentOutput, Observation, count};
 use crate::params::TeamParams;
+use crate::safety::geofence::Geofence;
+use crate::safety::team_geofence::TeamGeofence;
 use crate::state_update::TeamStateUpdater;
 use crate::step_messages::ReportView;
 use crate::team_state::TeamState;
@@ -311,7 +311,7 @@ impl Agent {
             team_state: self.team_state(),
             geofence_safety: geofence_safety.as_deref(),
             intruders: &self.intruders,
-            escapes: self.replica.history.updater.escapes.as_ref(),
+            fallbacks: self.replica.history.updater.fallbacks.as_ref(),
             wind,
         };
         let (output, decision) = law.decide(observation, self.replica.rejected(), Some(&self.last_decision));

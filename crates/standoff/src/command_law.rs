@@ -1,25 +1,25 @@
 //! Command law of a UAV: computes the command and the sensor pointing from the team state.
 
 use crate::angle::Angle;
-use crate::bank::{Flown, Motion};
 use crate::coordination::group::Group;
 use crate::coordination::lost_target_search::SearchArea;
 use crate::coordination::memberships::GroupedTrack;
 use crate::frame::{Displacement, Position, Velocity};
 use crate::group_id::GroupId;
-use crate::guidance::avoidance::{Avoidance, CollisionAvoidance, DesiredCommands, OtherAircraft};
-use crate::guidance::escape::EscapeModel;
-use crate::guidance::geofence_safety::GeofenceSafety;
-use crate::guidance::heading::{DesiredPath, Orbit, OrbitRelativeState, Steering, steer};
+use crate::guidance::heading::{DesiredPath, Followed, Guidance, Orbit, OrbitRelativeState, Steering};
 use crate::guidance::phase_control::{is_in_transit, phase_control_speed_m_s, phase_error_rad};
 use crate::guidance::phase_control_in_wind::phase_control_in_wind;
-use crate::guidance::predicted_trajectory::Intent;
 use crate::guidance::sensor_pointing::{angular_midpoint, angular_midpoint_of_most};
 use crate::guidance::standoff_distance::Ramp;
 use crate::intruders::Intruders;
 use crate::message::Manoeuvre;
 use crate::output::{AgentOutput, Diagnostics, Observation, PointingTarget, Rejected};
 use crate::params::{AltitudePolicy, GroupingParams, LinkModel, Pointing, SeparationParams, TeamParams};
+use crate::safety::fallback::{FallbackModel, Plan};
+use crate::safety::motion::{Flown, Motion};
+use crate::safety::predicted_trajectory::Intent;
+use crate::safety::separation::{Avoidance, CollisionAvoidance, DesiredCommands, OtherAircraft};
+use crate::safety::zones::GeofenceSafety;
 use crate::team_state::TeamState;
 use crate::uav::{Aircraft, Command, LimitedCommand, UavId, UavState, Vertical};
 use crate::wind::Wind;
@@ -37,11 +37,10 @@ pub(crate) struct CommandLaw<'a> {
     pub(crate) geofence_safety: Option<&'a GeofenceSafety>,
     /// Aircraft outside the team.
     pub(crate) intruders: &'a Intruders,
-    /// Escape manoeuvres of the UAVs relative to the air, and over ground; `None` without collision avoidance.
-    pub(crate) escapes: Option<&'a [EscapeModel; 2]>,
-    /// Wind that the observed UAV assumes; `None`: calm air. Guidance and geofence are over ground: courses, ground
-    /// speeds and course rates. Without a geofence, collision avoidance is relative to the air, as all commands to the
-    /// autopilot are.
+    /// Fallbacks of UAVs that no zone binds; `None` without collision avoidance.
+    pub(crate) fallbacks: Option<&'a FallbackModel>,
+    /// Wind that the observed UAV assumes; `None`: calm air. Guidance is over ground: courses, ground speeds and course
+    /// rates. Safety selects commands relative to the air, as all commands to the autopilot are.
     pub(crate) wind: Option<Wind>,
 }
 
@@ -50,14 +49,14 @@ pub(crate) struct CommandLaw<'a> {
 pub(crate) struct LastDecision {
     /// Manoeuvre for the next report.
     pub(crate) manoeuvre: Option<Manoeuvre>,
-    /// Motion and command of a banking UAV, in the frame of collision avoidance.
+    /// Motion, command and plan; `None` without geofence and collision avoidance.
     flown: Option<Box<Flown>>,
 }
 
-/// Command of a UAV without collision avoidance, over ground.
+/// Command of a UAV without collision avoidance.
 struct Desired {
-    /// Command within the limits and the geofence.
-    command: Command,
+    /// Command relative to the air, within the limits and the geofence; and until when it is held.
+    intent: Intent,
     speed_limited: bool,
     turn_rate_limited: bool,
     steering: Option<Steering>,
@@ -68,27 +67,28 @@ struct Desired {
     zone: Option<usize>,
 }
 
-/// Command of the law, over ground and before limits.
-struct OrbitCommand {
-    command: Command,
+/// What a UAV follows without zones and other aircraft.
+struct LawCommand {
+    followed: Followed,
     steering: Option<Steering>,
     path: Option<DesiredPath>,
     phase_error_rad: f64,
 }
 
-impl OrbitCommand {
-    /// A command without orbit.
-    fn only(command: Command) -> Self {
-        Self { command, steering: None, path: None, phase_error_rad: 0.0 }
+impl LawCommand {
+    /// A turn of a UAV in the state `own`, without orbit.
+    fn turn(own: &UavState, command: Command) -> Self {
+        Self { followed: Followed::turn(own, command), steering: None, path: None, phase_error_rad: 0.0 }
     }
 }
 
-impl Desired {
-    /// Intent on this course; a command changed by a zone is not the command of the orbit.
-    fn intent(&self, course: Angle) -> Intent {
-        let steering = self.steering.as_ref().filter(|_| self.zone.is_none());
-        steering.map_or(Intent::held(self.command), |steering| Intent::of(self.command, course, steering))
-    }
+/// Motion of a UAV, and its state over ground.
+#[derive(Clone, Copy)]
+struct Own<'a> {
+    observation: &'a Observation,
+    motion: &'a Motion,
+    /// Fallback that it has planned.
+    plan: Option<Plan>,
 }
 
 impl CommandLaw<'_> {
@@ -102,49 +102,36 @@ impl CommandLaw<'_> {
         let Observation { ref own, time, .. } = *observation;
         let flown = last.and_then(|last| last.flown.as_deref());
         let law = Self { wind: self.wind.filter(|_| own.is_finite()), ..*self };
-        let commanded_m_s = last.and_then(|last| last.manoeuvre).map(|manoeuvre| manoeuvre.command.speed_m_s);
         let uav = &self.params.uav;
-        let in_frame = law.air_frame().map_or(*own, |wind| wind.relative_to_air(uav, own, commanded_m_s));
-        let mut motion = Flown::motion(flown, uav, &in_frame, time);
-        let over_ground_in = law.wind.filter(|_| law.air_frame().is_none());
-        motion.circling_in = over_ground_in.filter(|_| uav.bank.is_some());
-        let output = law.decide_in_frame(observation, &motion, refused);
-        let is_banking = uav.bank.is_some() && own.is_finite();
-        let flown = is_banking.then(|| Box::new(Flown { from: time, motion, command: output.command }));
-        let manoeuvre = output.manoeuvre(is_banking && self.escapes.is_some());
-        let decision = LastDecision { manoeuvre, flown };
-        let Some(wind) = over_ground_in else { return (output, decision) };
-        let Diagnostics { avoiding, limiting_zone, .. } = output.diagnostics;
-        // Banking UAVs circle at constant airspeed.
-        let is_evasive = match motion.circling_in {
-            Some(_) => motion.keeps_speed(output.command),
-            None => avoiding.is_some() || limiting_zone.is_some(),
-        };
-        let command = wind.air_command(self.params, own, output.command, is_evasive);
-        (AgentOutput { command, ..output }, decision)
+        let acceleration_m_s2 =
+            |airspeed_m_s: f64| flown.map_or(0.0, |flown| flown.acceleration_m_s2(time, airspeed_m_s));
+        let air = law.wind.map_or(*own, |wind| wind.relative_to_air(own, acceleration_m_s2));
+        let motion = Flown::motion(flown, uav, &air, time).in_wind(law.wind);
+        let plan = flown.and_then(|flown| flown.plan);
+        let output = law.decide_safely(Own { observation, motion: &motion, plan }, refused);
+        let has_safety = own.is_finite() && (self.fallbacks.is_some() || self.geofence_safety.is_some());
+        let flown = has_safety.then(|| {
+            let plan = self
+                .geofence_safety
+                .and_then(|geofence| geofence.plan_after(&motion, output.command, plan, self.params.log.period_s));
+            Box::new(Flown { from: time, motion, command: output.command, plan })
+        });
+        let manoeuvre = output.manoeuvre(own.is_finite() && uav.bank.is_some() && self.fallbacks.is_some());
+        (output, LastDecision { manoeuvre, flown })
     }
 
-    /// Wind that moves the frame of collision avoidance; `None`: the frame is that of the ground.
-    fn air_frame(&self) -> Option<Wind> {
-        self.wind.filter(|_| self.geofence_safety.is_none())
-    }
-
-    /// Returns the output of a UAV that moves with `motion` in the frame of collision avoidance. The command is in that
-    /// frame, too.
-    fn decide_in_frame(&self, observation: &Observation, motion: &Motion, refused: Rejected) -> AgentOutput {
-        let Observation { uav: id, ref own, .. } = *observation;
+    /// Returns the output of a UAV; its command is relative to the air.
+    fn decide_safely(&self, of: Own, refused: Rejected) -> AgentOutput {
+        let Observation { uav: id, ref own, .. } = *of.observation;
         let own_state_invalid = !own.is_finite();
         let group = self.team_state.group_of(id).filter(|_| !own_state_invalid);
         let geofence_safety = self.geofence_safety.filter(|_| !own_state_invalid);
-        let desired = self.desired((observation, &motion.with_state(*own)), group, geofence_safety);
+        let desired = self.desired(of, group, geofence_safety);
         let altitude_m = self.altitude_m(id, group);
-        let separation = self.params.separation.as_ref().zip(self.escapes).filter(|_| !own_state_invalid);
+        let separation = self.params.separation.as_ref().zip(self.fallbacks).filter(|_| !own_state_invalid);
         let (command, altitude_m, avoids) = match separation {
-            Some(separation) => {
-                let intent = self.intent_in_frame(own, desired.intent(own.heading));
-                self.avoid_aircraft(separation, (observation, motion), intent, altitude_m)
-            }
-            None => (self.in_frame(own, desired.command), altitude_m, None),
+            Some(separation) => self.avoid_aircraft(separation, of, desired.intent, altitude_m),
+            None => (desired.intent.command, altitude_m, None),
         };
         let Desired { speed_limited, turn_rate_limited, steering, path, phase_error_rad, zone: border, .. } = desired;
         // The diagnostics describe the command in effect, whatever its source.
@@ -179,40 +166,35 @@ impl CommandLaw<'_> {
         }
     }
 
-    /// Command over ground of a UAV in the frame of collision avoidance. `own` is its state over ground.
-    fn in_frame(&self, own: &UavState, ground: Command) -> Command {
-        self.air_frame().map_or(ground, |wind| wind.air_command(self.params, own, ground, false))
-    }
-
-    /// Intent over ground of a UAV in the frame of collision avoidance. `own` is its state over ground.
-    fn intent_in_frame(&self, own: &UavState, ground: Intent) -> Intent {
-        if self.air_frame().is_none() {
-            return ground;
-        }
-        let after = Command { turn_rate_rad_s: ground.turn_rate_after_rad_s, ..ground.command };
-        let [command, after] = [ground.command, after].map(|command| self.in_frame(own, command));
-        Intent { command, for_s: ground.for_s, turn_rate_after_rad_s: after.turn_rate_rad_s }
-    }
-
-    /// Limits a command over ground to what the UAV can fly.
-    fn limit(&self, own: &UavState, desired: Command) -> LimitedCommand {
+    /// Command relative to the air that follows guidance, within the limits. `own` is the state over ground.
+    fn air_command(&self, own: &UavState, followed: &Followed) -> LimitedCommand {
         match self.wind {
-            Some(wind) if own.is_finite() => wind.limit(&self.params.uav, own, desired),
-            _ => self.params.uav.limit(desired),
+            Some(wind) if own.is_finite() => wind.air_command(self.params, own, followed),
+            _ => {
+                let Guidance { speed_m_s, .. } = followed.guidance;
+                self.params.uav.limit(Command { speed_m_s, turn_rate_rad_s: followed.course_rate_rad_s() })
+            }
         }
+    }
+
+    /// Intent of a UAV that flies a command relative to the air, and that follows the law over ground.
+    fn intent(&self, own: &UavState, command: Command, followed: &Followed, steering: Option<&Steering>) -> Intent {
+        let Some(steering) = steering else { return Intent::held(command) };
+        let speed_m_s = followed.guidance.speed_m_s;
+        let turn_rate_rad_s = followed.course_rate_rad_s();
+        let ground = self.params.uav.limit(Command { speed_m_s, turn_rate_rad_s }).command;
+        let Intent { for_s, turn_rate_after_rad_s, .. } = Intent::of(ground, own.heading, steering);
+        let after = Followed::turn(own, Command { speed_m_s, turn_rate_rad_s: turn_rate_after_rad_s });
+        Intent { command, for_s, turn_rate_after_rad_s: self.air_command(own, &after).command.turn_rate_rad_s }
     }
 
     /// Command of a UAV without collision avoidance; straight flight if its state is invalid.
-    fn desired(
-        &self,
-        (observation, motion): (&Observation, &Motion),
-        group: Option<&Group>,
-        geofence_safety: Option<&GeofenceSafety>,
-    ) -> Desired {
+    fn desired(&self, of: Own, group: Option<&Group>, geofence_safety: Option<&GeofenceSafety>) -> Desired {
+        let Own { observation, motion, plan } = of;
         let Observation { uav: id, ref own, .. } = *observation;
         let law = match group {
             _ if !own.is_finite() => {
-                OrbitCommand::only(Command { speed_m_s: self.params.uav.speed_m_s, turn_rate_rad_s: 0.0 })
+                LawCommand::turn(own, Command { speed_m_s: self.params.uav.speed_m_s, turn_rate_rad_s: 0.0 })
             }
             Some(group) => self.fly_orbit(observation, group),
             None => self.wait(observation),
@@ -224,30 +206,35 @@ impl CommandLaw<'_> {
             };
             geofence_safety.detours.detour(&self.params.guidance, own, &orbit, self.params.uav.speed_m_s, largest_m)
         });
-        let desired = detour.map_or(law.command, |detour| detour.command);
-        let LimitedCommand { command, speed_limited, turn_rate_limited } = self.limit(own, desired);
+        let LawCommand { followed, steering, path, phase_error_rad } = law;
+        let followed = detour.map_or(followed, |detour| detour.followed);
+        let LimitedCommand { command, speed_limited, turn_rate_limited } = self.air_command(own, &followed);
+        let mut intent = self.intent(own, command, &followed, steering.as_ref().filter(|_| detour.is_none()));
         // The geofence limits the command before and after collision avoidance.
-        let (command, stopped_by) =
-            geofence_safety.map_or((command, None), |geofence_safety| geofence_safety.make_safe(motion, command));
+        let stopped_by = geofence_safety.and_then(|geofence_safety| {
+            let (safe, zone) = geofence_safety.make_safe(motion, intent.command, plan.as_ref());
+            zone.inspect(|_| intent = Intent::held(safe))
+        });
         let zone = stopped_by.or(detour.map(|detour| detour.zone));
-        let OrbitCommand { steering, path, phase_error_rad, .. } = law;
         let path = path.filter(|_| zone.is_none() && !turn_rate_limited);
-        Desired { command, speed_limited, turn_rate_limited, steering, path, phase_error_rad, zone }
+        Desired { intent, speed_limited, turn_rate_limited, steering, path, phase_error_rad, zone }
     }
 
     /// Returns the command and altitude that keep the minimum separation, and the aircraft avoided.
     fn avoid_aircraft(
         &self,
-        (separation, [in_air, over_ground]): (&SeparationParams, &[EscapeModel; 2]),
-        (observation, motion): (&Observation, &Motion),
+        (separation, in_air): (&SeparationParams, &FallbackModel),
+        of: Own,
         desired: Intent,
         altitude_m: Option<f64>,
     ) -> (Command, Option<f64>, Option<Avoidance>) {
+        let Own { observation, motion, plan } = of;
         let Observation { uav: id, ref own, time } = *observation;
         let manoeuvre = self.team_state.teammate(id).and_then(|own| own.manoeuvre);
-        let (geofence, air) = (self.geofence_safety, self.air_frame());
-        let (escapes, frame_m_s) = air.map_or((over_ground, 0.0), |wind| (in_air, wind.velocity.speed_m_s()));
-        let keeper = CollisionAvoidance { separation, escapes, geofence, id, own: motion, manoeuvre };
+        let (geofence, air) = (self.geofence_safety, self.wind);
+        let frame_m_s = air.map_or(0.0, |wind| wind.velocity.speed_m_s());
+        let fallbacks = geofence.map_or(in_air, |geofence| &geofence.model);
+        let keeper = CollisionAvoidance { separation, fallbacks, geofence, id, own: motion, manoeuvre, plan };
         let (mut buffer, places) = (Vec::new(), &self.team_state.reported_places);
         let near = places.near(own.position, keeper.reach_over_ground_m(places.fastest_m_s, frame_m_s), &mut buffer);
         let near = near.map(|index| &self.team_state.teammates[index]).filter(|teammate| teammate.uav != id);
@@ -276,7 +263,7 @@ impl CommandLaw<'_> {
         assigned_uavs.find(|(teammate, _)| teammate.uav == uav && teammate.reported_now).map(|(_, on_orbit)| on_orbit)
     }
 
-    fn fly_orbit(&self, observation: &Observation, group: &Group) -> OrbitCommand {
+    fn fly_orbit(&self, observation: &Observation, group: &Group) -> LawCommand {
         let Observation { uav: id, ref own, .. } = *observation;
         let guidance = &self.params.guidance;
         let computed;
@@ -327,10 +314,10 @@ impl CommandLaw<'_> {
             let desired_m_s = on_orbit.ground_speed_m_s(guidance, desired_m_s);
             (desired_m_s, self.params.uav.limit_speed_m_s(desired_m_s).0)
         });
-        let steering = on_orbit.steer(guidance, &self.params.uav, own, limited_m_s);
-        OrbitCommand {
-            command: Command { speed_m_s: desired_m_s, turn_rate_rad_s: steering.turn_rate_rad_s },
-            steering: Some(steering),
+        let followed = on_orbit.follow(guidance, &self.params.uav, own, limited_m_s);
+        LawCommand {
+            steering: Some(on_orbit.steering(guidance, &followed, limited_m_s)),
+            followed: followed.at_speed(desired_m_s),
             path: Some(DesiredPath { law: *guidance, orbit: *orbit, speed_m_s: limited_m_s }),
             phase_error_rad: error_rad,
         }
@@ -344,15 +331,16 @@ impl CommandLaw<'_> {
 
     /// Command without a group: a circle around the search area; otherwise the smallest orbit around the last known
     /// position of a target, or around the UAV's own position.
-    fn wait(&self, observation: &Observation) -> OrbitCommand {
+    fn wait(&self, observation: &Observation) -> LawCommand {
         let Observation { uav: id, ref own, .. } = *observation;
         let (law, speed_m_s) = (self.params.guidance, self.params.uav.speed_m_s);
         let Some(orbit) = self.waiting_orbit(id, own) else {
-            return OrbitCommand::only(self.params.fallback_command());
+            return LawCommand::turn(own, self.params.fallback_command());
         };
-        let steering = steer(&law, &self.params.uav, own, &orbit, speed_m_s);
-        let command = Command { speed_m_s, turn_rate_rad_s: steering.turn_rate_rad_s };
-        OrbitCommand { path: Some(DesiredPath { law, orbit, speed_m_s }), ..OrbitCommand::only(command) }
+        let followed =
+            OrbitRelativeState::of(&law, own.position, &orbit).follow(&law, &self.params.uav, own, speed_m_s);
+        let path = Some(DesiredPath { law, orbit, speed_m_s });
+        LawCommand { followed, steering: None, path, phase_error_rad: 0.0 }
     }
 
     fn waiting_orbit(&self, id: UavId, own: &UavState) -> Option<Orbit> {
@@ -428,26 +416,27 @@ impl DesiredCommands for CommandLaw<'_> {
     fn intent_of(&self, teammate: UavId) -> Option<Intent> {
         let teammate = self.team_state.teammate(teammate)?;
         let (state, group) = (&teammate.last_report, teammate.group?);
-        let (guidance, uav) = (&self.params.guidance, &self.params.uav);
-        let steering = match self.on_orbit_as_reported(teammate.uav, group) {
-            Some(known) => known.steer(guidance, uav, state, state.speed_m_s),
-            None => steer(guidance, uav, state, &self.team_state.group(group)?.orbit(self.params), state.speed_m_s),
+        let (guidance, uav, speed_m_s) = (&self.params.guidance, &self.params.uav, state.speed_m_s);
+        let computed;
+        let on_orbit = match self.on_orbit_as_reported(teammate.uav, group) {
+            Some(known) => known,
+            None => {
+                let orbit = self.team_state.group(group)?.orbit(self.params);
+                computed = OrbitRelativeState::of(guidance, state.position, &orbit);
+                &computed
+            }
         };
-        let command = Command { speed_m_s: state.speed_m_s, turn_rate_rad_s: steering.turn_rate_rad_s };
-        Some(self.intent_in_frame(state, Intent::of(self.limit(state, command).command, state.heading, &steering)))
+        let followed = on_orbit.follow(guidance, uav, state, speed_m_s);
+        let steering = on_orbit.steering(guidance, &followed, speed_m_s);
+        let command = self.air_command(state, &followed).command;
+        Some(self.intent(state, command, &followed, Some(&steering)))
     }
 
     fn desired(&self, teammate: UavId, motion: &Motion) -> Intent {
-        let own = self.air_frame().map_or(motion.state, |wind| wind.over_ground(&motion.state, 0.0));
-        let observation = Observation { uav: teammate, time: self.team_state.time, own };
-        let motion = motion.with_state(own);
-        let desired = CommandLaw::desired(
-            self,
-            (&observation, &motion),
-            self.team_state.group_of(teammate),
-            self.geofence_safety,
-        );
-        self.intent_in_frame(&own, desired.intent(own.heading))
+        let own = self.wind.map_or(motion.state, |wind| wind.over_ground(&motion.state, 0.0));
+        let observation = &Observation { uav: teammate, time: self.team_state.time, own };
+        let of = Own { observation, motion, plan: None };
+        CommandLaw::desired(self, of, self.team_state.group_of(teammate), self.geofence_safety).intent
     }
 }
 

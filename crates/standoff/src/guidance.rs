@@ -1,11 +1,5 @@
 //! Guidance of a UAV: standoff distance, vector field onto the orbit, heading and turn rate, phase control.
 
-pub(crate) mod avoidance;
-pub(crate) mod command_candidates;
-pub(crate) mod detour;
-pub(crate) mod escape;
-pub(crate) mod geofence;
-pub(crate) mod geofence_safety;
 pub(crate) mod heading;
 pub(crate) mod inner_loop;
 pub(crate) mod moving_centre;
@@ -14,10 +8,6 @@ pub(crate) mod orbit_motion;
 pub(crate) mod pair_information;
 pub(crate) mod phase_control;
 pub(crate) mod phase_control_in_wind;
-pub(crate) mod predicted_trajectory;
-pub(crate) mod pursuer_model;
-pub(crate) mod room;
 pub(crate) mod sensor_pointing;
 pub(crate) mod standoff_distance;
-pub(crate) mod team_geofence;
 pub(crate) mod vector_field;

@@ -1,8 +1,8 @@
 //! Intruders: aircraft outside the team, from the traffic messages that one UAV, or a whole team, has received.
 
-use crate::guidance::avoidance::OtherAircraft;
 use crate::message::TrafficReport;
 use crate::output::{Rejected, count};
+use crate::safety::separation::OtherAircraft;
 use crate::time::{Duration, Time};
 use crate::uav::{Aircraft, UavState};
 

@@ -46,6 +46,7 @@ mod output;
 mod params;
 #[cfg(feature = "research")]
 pub mod research;
+mod safety;
 mod sensor;
 mod state_update;
 mod step_messages;
@@ -73,8 +74,6 @@ pub use coordination::teammate::Teammate;
 pub use covariance::Covariance;
 pub use frame::{Displacement, Position, Velocity};
 pub use group_id::GroupId;
-pub use guidance::avoidance::Avoidance;
-pub use guidance::geofence::{Geofence, GeofenceError, Zone, ZoneKind};
 pub use guidance::heading::{DesiredPath, Guidance, Steering};
 pub use guidance::inner_loop::{Demand, InnerLoop, InnerLoopInputs};
 pub use message::{Cue, Detection, Message, Report, Scan, SnapshotPart, TargetLabel, TrafficReport};
@@ -85,6 +84,8 @@ pub use params::{
     ParamValue, SensorParams, SeparationParams, StandoffParams, TargetParams, TeamParams, TrackParams, UavParams,
     WindParams,
 };
+pub use safety::geofence::{Geofence, GeofenceError, Zone, ZoneKind};
+pub use safety::separation::Avoidance;
 pub use sensor::RangeBearingMeasurement;
 pub use target::TargetState;
 pub use team_agent::TeamAgent;

@@ -3,9 +3,9 @@
 use crate::angle::Angle;
 use crate::frame::{Displacement, Position, Velocity};
 use crate::group_id::GroupId;
-use crate::guidance::avoidance::Avoidance;
 use crate::guidance::heading::{DesiredPath, Steering};
 use crate::message::{Detection, Manoeuvre};
+use crate::safety::separation::Avoidance;
 use crate::team_state::TeamState;
 use crate::time::{Duration, Time};
 use crate::uav::{Command, UavId, UavState};

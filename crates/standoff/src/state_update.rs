@@ -18,12 +18,12 @@ use crate::coordination::event::{Event, EventKind};
 use crate::coordination::grouping::{Grouping, GroupingBuffers};
 use crate::coordination::memberships::GroupIndex;
 use crate::grid::Grid;
-use crate::guidance::escape::EscapeModel;
-use crate::guidance::geofence::Geofence;
-use crate::guidance::geofence_safety::GeofenceSafety;
-use crate::guidance::team_geofence::TeamGeofence;
 use crate::message::TARGETS_MAX;
 use crate::params::TeamParams;
+use crate::safety::fallback::FallbackModel;
+use crate::safety::geofence::Geofence;
+use crate::safety::team_geofence::TeamGeofence;
+use crate::safety::zones::GeofenceSafety;
 use crate::step_messages::StepMessages;
 use crate::target::Transition;
 use crate::team_state::TeamState;
@@ -34,7 +34,7 @@ use crate::tracking::track::{TrackChange, TrackChangeKind};
 use crate::tracking::tracker::Tracker;
 use crate::uav::{UavId, UavState};
 use crate::validation::ParamError;
-use crate::wind::{PredictionLimits, Wind};
+use crate::wind::Wind;
 
 /// Computes the next team state from the previous one and the messages of one time step; keeps no state itself.
 #[derive(Debug, Clone)]
@@ -47,8 +47,8 @@ pub(crate) struct TeamStateUpdater {
     pub(crate) assignment: Option<Arc<dyn AssignmentLaw>>,
     /// Geofence; `None` without zones.
     geofence: Option<TeamGeofence>,
-    /// Escape manoeuvres relative to the air, and over ground; `None` without collision avoidance.
-    pub(crate) escapes: Option<[EscapeModel; 2]>,
+    /// Fallbacks of UAVs that no zone binds; `None` without collision avoidance.
+    pub(crate) fallbacks: Option<FallbackModel>,
 }
 
 /// Input of one time step: everything that changed since the previous team state.
@@ -84,13 +84,10 @@ impl TeamStateUpdater {
         if !errors.is_empty() {
             return Err(errors);
         }
-        let escapes = params.separation.map(|_| {
-            [PredictionLimits::relative_to_air(params), params.ground_limits()]
-                .map(|limits| EscapeModel::new(limits, params.log.period_s))
-        });
+        let fallbacks = params.separation.map(|_| FallbackModel::in_air(params.airframe(), params.log.period_s));
         Ok(Self {
             params,
-            escapes,
+            fallbacks,
             transition: Transition::none(),
             tracker: Tracker::default(),
             buffers: Buffers::default(),
@@ -151,7 +148,7 @@ impl TeamStateUpdater {
         if dt != self.transition.dt {
             self.transition = self.params.track.transition(dt);
         }
-        let Self { params, transition, tracker, buffers, assignment, geofence, escapes: _ } = self;
+        let Self { params, transition, tracker, buffers, assignment, geofence, fallbacks: _ } = self;
         let input = StepInput {
             now: messages.time,
             messages,

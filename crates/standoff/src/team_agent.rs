@@ -6,11 +6,11 @@ use std::sync::Arc;
 use crate::agent::Agent;
 use crate::command_law::{CommandLaw, LastDecision};
 use crate::coordination::assignment::AssignmentLaw;
-use crate::guidance::geofence::Geofence;
 use crate::intruders::Intruders;
 use crate::message::{Message, Scan};
 use crate::output::{AgentOutput, Observation, Rejected, count};
 use crate::params::TeamParams;
+use crate::safety::geofence::Geofence;
 use crate::state_update::TeamStateUpdater;
 use crate::step_messages::{Insert, ReportView, StepMessages};
 use crate::team_state::TeamState;
@@ -173,7 +173,7 @@ impl TeamAgent {
             team_state: self.team_state(),
             geofence_safety: geofence_safety.as_deref(),
             intruders: &self.intruders,
-            escapes: self.updater.escapes.as_ref(),
+            fallbacks: self.updater.fallbacks.as_ref(),
             wind,
         };
         let (refused, last) = (self.refused.with(&self.team_state), self.last_decisions.get(&observation.uav));

@@ -21,21 +21,20 @@ use nalgebra::Vector2;
 
 use crate::angle::Angle;
 use crate::frame::{FASTEST_RAD_S, Velocity};
-use crate::guidance::heading::Guidance;
+use crate::guidance::heading::{Followed, Guidance};
 use crate::math;
-use crate::params::{Integrator, TeamParams, UavParams, WIND_MAX_M_S, WindBelief, WindParams};
+use crate::params::{TeamParams, UavParams, WIND_MAX_M_S, WindBelief, WindParams};
 use crate::time::Time;
 use crate::uav::{Command, LimitedCommand, UavState, clamp_flagged};
 
 /// Smallest cosine of the drift angle, and smallest ground speed (m/s), by which rates are divided.
 const DIVISOR_MIN: f64 = 0.1;
 
+/// Airspeed per part of the wind across a desired course, at least: a drift of at most 65 degrees.
+const ACROSS_RESERVE: f64 = 1.1;
+
 /// Largest heading rate per course rate: a UAV that hovers over ground turns its heading, and its course follows later.
 const HEADING_PER_COURSE_MAX: f64 = 5.0;
-
-/// Error of predicted escape manoeuvres for each m/s of wind, s. Turns in a wind of 10 m/s end up to 0.07 rad from the
-/// predicted course.
-const WIND_ERROR_S: f64 = 0.8;
 
 /// If the assumed wind is stronger than the one that guidance allows for by more than this, m/s, the geofence allows for
 /// the assumed one.
@@ -62,19 +61,8 @@ pub struct Wind {
 /// Wind triangle of a UAV on a course.
 struct Triangle {
     airspeed_m_s: f64,
-    ground_speed_m_s: f64,
-    /// Cosine of the drift angle psi - chi.
-    cos_drift: f64,
     /// True if an airspeed limit determines the ground speed.
     is_at_limit: bool,
-}
-
-impl Triangle {
-    /// Heading rate per course rate, at constant airspeed if it is at its limit, otherwise at constant ground speed.
-    fn heading_per_course(&self) -> f64 {
-        let (cos, ratio) = (self.cos_drift.max(DIVISOR_MIN), self.ground_speed_m_s / self.airspeed_m_s);
-        if self.is_at_limit { ratio / cos } else { ratio * cos }
-    }
 }
 
 impl Wind {
@@ -103,27 +91,36 @@ impl Wind {
         AirVelocity { heading: air.direction(), airspeed_m_s: air.speed_m_s() }
     }
 
-    /// Drift angle psi - chi on a course at an airspeed, m/s, and heading rate per course rate at constant airspeed. On a
-    /// course that is not feasible at this airspeed, the UAV flies at right angles to it.
-    fn drift(self, course: Angle, airspeed_m_s: f64) -> (Angle, f64) {
+    /// Drift angle psi - chi on a course at an airspeed, m/s, and heading rate per course rate: at constant ground speed if
+    /// it `is_held`, otherwise at constant airspeed. On a course that is not feasible at this airspeed, the UAV flies at
+    /// right angles to it.
+    fn drift(self, course: Angle, airspeed_m_s: f64, is_held: bool) -> (Angle, f64) {
         let along = Velocity::from_polar(1.0, course).vector();
         let wind = self.velocity.vector();
         let airspeed_m_s = airspeed_m_s.max(DIVISOR_MIN);
         let sin = (-along.perp(&wind) / airspeed_m_s).clamp(-1.0, 1.0);
         let cos = (1.0 - sin * sin).sqrt();
-        let forward_m_s = airspeed_m_s * cos.max(DIVISOR_MIN);
-        let per_course = ((wind.dot(&along) + airspeed_m_s * cos) / forward_m_s).clamp(0.0, HEADING_PER_COURSE_MAX);
-        (Angle::from_rad(math::atan2(sin, cos)), per_course)
+        let ratio = (wind.dot(&along) / airspeed_m_s + cos).max(0.0);
+        let per_course = if is_held { ratio * cos } else { ratio / cos.max(DIVISOR_MIN) };
+        (Angle::from_rad(math::atan2(sin, cos)), per_course.min(HEADING_PER_COURSE_MAX))
     }
 
     /// Heading rate, rad/s, with which a UAV in the state `own` over ground follows a path at its airspeed: that of the
-    /// course rate of the path, and `gain_1_s` times the error of the heading. `added_rad_s` is added to the course rate.
+    /// course rate of the path, and `gain_1_s` times the error of the heading. `added_rad_s` is added to the course rate. The
+    /// ground speed `is_held`, or the airspeed.
     ///
     /// The error is that of the heading, not of the course: where the airspeed is below the wind, the course does not
     /// follow the heading, but the heading of every course is defined.
-    pub(crate) fn heading_rate_rad_s(self, own: &UavState, path: &Guidance, gain_1_s: f64, added_rad_s: f64) -> f64 {
+    pub(crate) fn heading_rate_rad_s(
+        self,
+        own: &UavState,
+        path: &Guidance,
+        gain_1_s: f64,
+        added_rad_s: f64,
+        is_held: bool,
+    ) -> f64 {
         let air = self.air_velocity(own.velocity());
-        let (drift, per_course) = self.drift(path.course, air.airspeed_m_s);
+        let (drift, per_course) = self.drift(path.course, air.airspeed_m_s, is_held);
         let error = air.heading - (path.course + drift);
         (path.turn_rate_rad_s + added_rad_s) * per_course - gain_1_s * error.rad()
     }
@@ -131,7 +128,7 @@ impl Wind {
     /// Heading rate of a UAV in the state `own` over ground, from its course rate, at constant airspeed, rad/s.
     pub(crate) fn measured_heading_rate_rad_s(self, own: &UavState) -> f64 {
         let airspeed_m_s = self.air_velocity(own.velocity()).airspeed_m_s;
-        own.turn_rate_rad_s * self.drift(own.heading, airspeed_m_s).1
+        own.turn_rate_rad_s * self.drift(own.heading, airspeed_m_s, false).1
     }
 
     /// State over ground of a UAV whose heading, airspeed and heading rate are those of `air`, and whose airspeed
@@ -153,15 +150,11 @@ impl Wind {
     }
 
     /// State relative to the air of an aircraft in a state over ground, the inverse of [`Self::over_ground`]: heading,
-    /// airspeed and heading rate. Without a commanded airspeed, m/s, its airspeed is constant.
-    pub(crate) fn relative_to_air(self, uav: &UavParams, ground: &UavState, commanded_m_s: Option<f64>) -> UavState {
+    /// airspeed and heading rate. `acceleration_m_s2` returns how its airspeed, m/s, changes, m/s2.
+    pub(crate) fn relative_to_air(self, ground: &UavState, acceleration_m_s2: impl FnOnce(f64) -> f64) -> UavState {
         let AirVelocity { heading, airspeed_m_s } = self.air_velocity(ground.velocity());
         let (sin_drift, cos_drift) = (heading - ground.heading).sin_cos();
-        let [slowest_m_s2, fastest_m_s2] = uav.accelerations_m_s2(airspeed_m_s);
-        let acceleration_m_s2 = commanded_m_s.map_or(0.0, |commanded_m_s| {
-            ((commanded_m_s - airspeed_m_s) / uav.speed_lag_s).clamp(slowest_m_s2, fastest_m_s2)
-        });
-        let sideways_m_s2 = ground.speed_m_s * ground.turn_rate_rad_s - acceleration_m_s2 * sin_drift;
+        let sideways_m_s2 = ground.speed_m_s * ground.turn_rate_rad_s - acceleration_m_s2(airspeed_m_s) * sin_drift;
         let turn_rate_rad_s = sideways_m_s2 / (airspeed_m_s.max(DIVISOR_MIN) * cos_drift.max(DIVISOR_MIN));
         UavState {
             heading,
@@ -171,25 +164,11 @@ impl Wind {
         }
     }
 
-    /// Command at constant airspeed on a circle over ground, for a course rate now: psi' = V_g chi' / (V_a cos(psi - chi)),
-    /// with chi' in proportion to V_g. `lead_s` is the time until the command has its effect.
-    pub(crate) fn circle_command(self, own: &UavState, course_rate_rad_s: f64, lead_s: f64) -> Command {
-        let airspeed_m_s = self.air_velocity(own.velocity()).airspeed_m_s;
-        let course = own.heading + Angle::from_rad(own.turn_rate_rad_s * lead_s);
-        let [ground_speed_m_s, forward_m_s] = self.on_course_m_s(course, airspeed_m_s);
-        let share = ground_speed_m_s / own.speed_m_s.max(DIVISOR_MIN);
-        let turn_rate_rad_s = ground_speed_m_s * course_rate_rad_s * share / forward_m_s;
-        Command { speed_m_s: airspeed_m_s, turn_rate_rad_s }
-    }
-
-    /// Ground speed on a course at an airspeed, and the part of the airspeed along the course, V_a cos(psi - chi), m/s.
-    fn on_course_m_s(self, course: Angle, airspeed_m_s: f64) -> [f64; 2] {
-        let along = Velocity::from_polar(1.0, course).vector();
+    /// Ground speed at an airspeed on the course `along`, a unit vector, m/s.
+    pub(crate) fn ground_speed_m_s(self, along: Vector2<f64>, airspeed_m_s: f64) -> f64 {
         let wind = self.velocity.vector();
         let cross_m_s = along.perp(&wind);
-        let squared = airspeed_m_s * airspeed_m_s - cross_m_s * cross_m_s;
-        let forward_m_s = squared.max(0.0).sqrt().max(DIVISOR_MIN * airspeed_m_s.max(DIVISOR_MIN));
-        [wind.dot(&along) + forward_m_s, forward_m_s]
+        wind.dot(&along) + (airspeed_m_s * airspeed_m_s - cross_m_s * cross_m_s).max(0.0).sqrt()
     }
 
     /// Lowest and highest ground speed, m/s, on the course `along`, a unit vector, at airspeeds between the two of
@@ -208,97 +187,52 @@ impl Wind {
         (highest_m_s > lowest_m_s.max(DIVISOR_MIN)).then_some([lowest_m_s, highest_m_s])
     }
 
-    /// Wind triangle at the ground speed nearest to `desired_m_s` that is feasible on the course `after_s` from now;
-    /// `None` if there is none.
-    fn triangle(self, uav: &UavParams, own: &UavState, desired_m_s: f64, after_s: f64) -> Option<Triangle> {
-        let course = own.heading + Angle::from_rad(own.turn_rate_rad_s * after_s);
+    /// Wind triangle at the ground speed nearest to `desired_m_s` that is feasible on a course; `None` if there is none.
+    fn triangle(self, uav: &UavParams, course: Angle, desired_m_s: f64) -> Option<Triangle> {
         let along = Velocity::from_polar(1.0, course).vector();
         let [lowest_m_s, highest_m_s] = self.ground_speeds_m_s(along, uav.speeds_m_s())?;
         let (ground_speed_m_s, is_at_limit) = clamp_flagged(desired_m_s, lowest_m_s, highest_m_s, highest_m_s);
-        let air_m_s = along * ground_speed_m_s - self.velocity.vector();
-        let airspeed_m_s = air_m_s.norm();
-        let cos_drift = air_m_s.dot(&along) / airspeed_m_s;
-        (airspeed_m_s > 0.0).then_some(Triangle { airspeed_m_s, ground_speed_m_s, cos_drift, is_at_limit })
+        let airspeed_m_s = (along * ground_speed_m_s - self.velocity.vector()).norm();
+        (airspeed_m_s > 0.0).then_some(Triangle { airspeed_m_s, is_at_limit })
     }
 
-    /// Limits a command over ground, ground speed and course rate, to what the UAV can fly in this wind: the airframe
-    /// limits airspeed and heading rate. On an infeasible course, the limits are those of calm air.
-    pub(crate) fn limit(self, uav: &UavParams, own: &UavState, desired: Command) -> LimitedCommand {
-        let Some(triangle) = self.triangle(uav, own, desired.speed_m_s, 0.0) else {
-            return LimitedCommand { speed_limited: true, ..uav.limit(desired) };
+    /// Command relative to the air, within the limits of the UAV, that follows guidance over ground. `own` is the state over
+    /// ground now. This is the last step of guidance, and the only one that knows the wind.
+    ///
+    /// The airspeed gives the desired ground speed on the course at the time when it has its effect: after the lag, in the
+    /// middle of the period. It is above the part of the wind across the desired course, so that this course is feasible
+    /// when the UAV has turned. The heading follows that of the desired course. If no airspeed within the limits makes the
+    /// course feasible, the UAV turns into the wind at its highest airspeed, which keeps the drift smallest.
+    pub(crate) fn air_command(self, team: &TeamParams, own: &UavState, followed: &Followed) -> LimitedCommand {
+        let (uav, path) = (&team.uav, &followed.guidance);
+        let Some(least_m_s) = self.airspeed_min_on_m_s(path.course, uav.speed_max_m_s()) else {
+            return LimitedCommand { speed_limited: true, ..self.turn_into_wind(team, own) };
         };
-        let course_rate_max_rad_s = (uav.turn_rate_max_rad_s / triangle.heading_per_course()).min(FASTEST_RAD_S);
-        let (turn_rate_rad_s, turn_rate_limited) =
-            clamp_flagged(desired.turn_rate_rad_s, -course_rate_max_rad_s, course_rate_max_rad_s, 0.0);
-        LimitedCommand {
-            command: Command { speed_m_s: triangle.ground_speed_m_s, turn_rate_rad_s },
-            speed_limited: triangle.is_at_limit,
-            turn_rate_limited,
-        }
+        let after_s = uav.speed_lag_s + 0.5 * team.log.period_s;
+        let course = own.heading + Angle::from_rad(own.turn_rate_rad_s * after_s);
+        let triangle = self.triangle(uav, course, path.speed_m_s);
+        let airspeed_m_s = triangle.as_ref().map_or(uav.speed_max_m_s(), |triangle| triangle.airspeed_m_s);
+        let is_held = triangle.as_ref().is_some_and(|triangle| !triangle.is_at_limit) && uav.bank.is_none();
+        let turn_rate_rad_s = self.heading_rate_rad_s(&followed.own, path, followed.gain_1_s, 0.0, is_held);
+        let limited = uav.limit(Command { speed_m_s: airspeed_m_s.max(least_m_s), turn_rate_rad_s });
+        let speed_limited = limited.speed_limited || triangle.is_none_or(|triangle| triangle.is_at_limit);
+        LimitedCommand { speed_limited, ..limited }
     }
 
-    /// Converts a command over ground, ground speed and course rate, to airspeed and heading rate, within the limits of
-    /// the UAV. `own` is its state over ground.
-    ///
-    /// Both are those of the course at the time when the command has its effect: after the lag, and for the airspeed in
-    /// the middle of the period. If no ground speed is feasible on the course, the UAV turns into the wind at its
-    /// highest airspeed, which keeps the drift smallest.
-    ///
-    /// An evasive turn, for a zone or another aircraft, must be flown as predicted: see [`Self::evasive_command`]. Those of
-    /// banking aircraft are predicted at constant airspeed.
-    pub(crate) fn air_command(self, team: &TeamParams, own: &UavState, ground: Command, is_evasive: bool) -> Command {
-        let uav = &team.uav;
-        let speed_after_s = uav.speed_lag_s + 0.5 * team.log.period_s;
-        let speed_triangle = self.triangle(uav, own, ground.speed_m_s, speed_after_s);
-        let turn_triangle = self.triangle(uav, own, ground.speed_m_s, uav.turn_rate_lag_s);
-        match speed_triangle.zip(turn_triangle) {
-            None => self.turn_into_wind(team, own),
-            Some(_) if is_evasive && uav.bank.is_some() => {
-                let lead_s = uav.turn_rate_lag_s + 0.5 * team.log.period_s;
-                uav.limit(self.circle_command(own, ground.turn_rate_rad_s, lead_s)).command
-            }
-            Some((speed, _)) if is_evasive => self.evasive_command(team, own, ground, speed.airspeed_m_s),
-            Some((speed, turn)) => {
-                let turn_rate_rad_s = ground.turn_rate_rad_s * turn.heading_per_course();
-                uav.limit(Command { speed_m_s: speed.airspeed_m_s, turn_rate_rad_s }).command
-            }
-        }
-    }
-
-    /// Airspeed and heading rate for a course rate while the airspeed V_a changes towards `airspeed_m_s`, which in a
-    /// crosswind turns the course: psi' = (V_g chi' - V_a' sin(psi - chi)) / (V_a cos(psi - chi)).
-    ///
-    /// On an orbit this is left out, because aircraft that lack the power for the change, and therefore change their
-    /// airspeed more slowly than with the lag of the parameters, would turn wrongly.
-    fn evasive_command(self, team: &TeamParams, own: &UavState, ground: Command, airspeed_m_s: f64) -> Command {
-        let (uav, period_s) = (&team.uav, team.log.period_s);
-        let now_m_s = self.air_velocity(own.velocity()).airspeed_m_s;
-        // Change of the airspeed after a time, as a share of the commanded change.
-        let share = |t_s: f64| 1.0 - math::exp(-t_s / uav.speed_lag_s);
-        let change_m_s = airspeed_m_s - now_m_s;
-        let mean_m_s = now_m_s + change_m_s * share(0.5 * period_s);
-        let course = own.heading + Angle::from_rad(own.turn_rate_rad_s * uav.turn_rate_lag_s);
+    /// Lowest airspeed with which a course is flown with a drift well below a right angle, m/s; `None` if the highest one,
+    /// m/s, is not enough.
+    fn airspeed_min_on_m_s(self, course: Angle, highest_m_s: f64) -> Option<f64> {
         let along = Velocity::from_polar(1.0, course).vector();
-        let wind = self.velocity.vector();
-        let sin_drift = -along.perp(&wind) / mean_m_s;
-        let cos_drift = (1.0 - sin_drift * sin_drift).max(DIVISOR_MIN * DIVISOR_MIN).sqrt();
-        let ground_speed_m_s = wind.dot(&along) + mean_m_s * cos_drift;
-        // Heading rate at constant airspeed, and what the change of the airspeed adds to it.
-        let constant_rad_s = ground_speed_m_s * ground.turn_rate_rad_s / (mean_m_s * cos_drift);
-        let added_rad_s = -change_m_s * share(period_s) / period_s * sin_drift / (mean_m_s * cos_drift);
-        // The turn has priority: the airspeed grows no faster than the limit of the heading rate leaves room for.
-        let room_rad_s = uav.turn_rate_max_rad_s - constant_rad_s.abs();
-        let is_short = change_m_s > 0.0 && added_rad_s * constant_rad_s > 0.0 && added_rad_s.abs() > room_rad_s;
-        let flown = if is_short { room_rad_s.max(0.0) / added_rad_s.abs() } else { 1.0 };
-        let turn_rate_rad_s = constant_rad_s + flown * added_rad_s;
-        uav.limit(Command { speed_m_s: now_m_s + flown * change_m_s, turn_rate_rad_s }).command
+        let across_m_s = along.perp(&self.velocity.vector()).abs();
+        let is_feasible = across_m_s < highest_m_s && self.ground_speed_m_s(along, highest_m_s) > DIVISOR_MIN;
+        is_feasible.then_some((ACROSS_RESERVE * across_m_s).min(highest_m_s))
     }
 
     /// Turn into the wind at the highest airspeed.
-    fn turn_into_wind(self, team: &TeamParams, own: &UavState) -> Command {
+    fn turn_into_wind(self, team: &TeamParams, own: &UavState) -> LimitedCommand {
         let error = (Velocity::ZERO - self.velocity).direction() - self.air_velocity(own.velocity()).heading;
         let turn_rate_rad_s = team.guidance.heading_gain_1_s * error.rad();
-        team.uav.limit(Command { speed_m_s: team.uav.speed_max_m_s(), turn_rate_rad_s }).command
+        team.uav.limit(Command { speed_m_s: team.uav.speed_max_m_s(), turn_rate_rad_s })
     }
 }
 
@@ -316,66 +250,6 @@ impl TeamParams {
         let (allowed_m_s, assumed_m_s) = (self.orbit_wind_m_s(), assumed.map_or(0.0, |wind| wind.velocity.speed_m_s()));
         let steps = (assumed_m_s.min(WIND_MAX_M_S) / STRONGER_M_S).ceil();
         if assumed_m_s > allowed_m_s + STRONGER_M_S { steps * STRONGER_M_S } else { allowed_m_s }
-    }
-
-    /// Limits over ground in the wind that guidance allows for.
-    pub(crate) fn ground_limits(&self) -> PredictionLimits {
-        PredictionLimits::in_wind(self.uav, self.orbit_wind_m_s())
-    }
-}
-
-/// Limits of a UAV over ground, or relative to the air, for predictions that must hold.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct PredictionLimits {
-    /// What the UAV can fly; over ground on every course: ground speeds from V_min + w to V_max - w, or the nominal one
-    /// if this interval is empty, and the course rate in a tailwind at the lowest airspeed, omega_max V_min / (V_min + w).
-    pub(crate) uav: UavParams,
-    /// Highest speed, m/s; over ground on any course: V_max + w.
-    pub(crate) fastest_m_s: f64,
-    /// Speed w of the wind, m/s.
-    pub(crate) wind_m_s: f64,
-    /// Maximum heading rate of the airframe, rad/s.
-    heading_rate_max_rad_s: f64,
-}
-
-impl PredictionLimits {
-    /// Limits in winds of up to `wind_m_s`; in calm air, those of the airframe.
-    pub(crate) fn in_wind(uav: UavParams, wind_m_s: f64) -> Self {
-        let fastest_m_s = uav.speed_max_m_s() + wind_m_s;
-        // The model of a banking aircraft has no steps.
-        let integrator = if uav.bank.is_some() { Integrator::Exact } else { uav.integrator };
-        let uav = UavParams { integrator, ..uav };
-        let limits = if wind_m_s == 0.0 {
-            uav
-        } else {
-            let lowest_m_s = uav.speeds_m_s()[0];
-            UavParams {
-                speed_change_max_m_s: (uav.speed_change_max_m_s - wind_m_s).max(0.0),
-                turn_rate_max_rad_s: uav.turn_rate_max_rad_s * lowest_m_s / (lowest_m_s + wind_m_s),
-                ..uav
-            }
-        };
-        Self { uav: limits, fastest_m_s, wind_m_s, heading_rate_max_rad_s: uav.turn_rate_max_rad_s }
-    }
-
-    /// Limits relative to the air: those of the airframe.
-    pub(crate) fn relative_to_air(team: TeamParams) -> Self {
-        Self { wind_m_s: team.orbit_wind_m_s(), ..Self::in_wind(team.uav, 0.0) }
-    }
-
-    /// Radius of the tightest circle over ground that a banking UAV can fly at a constant airspeed, m/s, in that wind: with
-    /// the highest ground speed on it, r = (V_a + w)^2 / a for a lateral acceleration a.
-    pub(crate) fn circle_at_airspeed_m(&self, airspeed_m_s: f64) -> f64 {
-        let airframe = UavParams { turn_rate_max_rad_s: self.heading_rate_max_rad_s, ..self.uav };
-        let airspeed_m_s = airspeed_m_s.max(DIVISOR_MIN);
-        let lateral_m_s2 = airspeed_m_s * airframe.turn_rate_max_at_rad_s(airspeed_m_s);
-        let ground_speed_m_s = airspeed_m_s + self.wind_m_s;
-        ground_speed_m_s * ground_speed_m_s / lateral_m_s2
-    }
-
-    /// Distance by which flown and predicted escape manoeuvres may differ in that wind, m.
-    pub(crate) fn wind_error_m(&self) -> f64 {
-        WIND_ERROR_S * self.wind_m_s
     }
 }
 

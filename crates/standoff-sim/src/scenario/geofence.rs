@@ -24,6 +24,7 @@ use super::resolved::Settings;
 use super::schema_types::{self, ZONE_ALTITUDE_M, ZoneKind, resolved};
 use super::traffic::NAME_MAX;
 use crate::traffic::Traffic;
+use crate::wind::height_m;
 
 /// Maximum size of a file of zones, bytes: the maximum number of vertices takes a hundredth of it.
 const LENGTH_MAX: u64 = 4 << 20;
@@ -223,7 +224,10 @@ pub(super) fn check_altitudes(geofence: &Geofence, team: &TeamParams, uavs: &res
 
 /// Checks that a UAV can circle in the intersection of the keep-in zones.
 pub(super) fn check_room(geofence: &Geofence, settings: &Settings, problems: &mut Problems) {
-    let Some([found_m, required_m]) = geofence.lacking_room(&settings.team.uav, settings.period) else { return };
+    let wind_m_s = settings.team.wind.map_or(0.0, |wind| wind.orbit_wind_m_s);
+    let Some([found_m, required_m]) = geofence.lacking_room(&settings.team.uav, settings.period, wind_m_s) else {
+        return;
+    };
     let is_keep_in = |(_, zone): &(usize, &Zone)| zone.kind == standoff::ZoneKind::KeepIn;
     let keep_in: Vec<(usize, &Zone)> = geofence.zones().enumerate().filter(is_keep_in).collect();
     let named = |(index, zone): &(usize, &Zone)| match zone.name.as_str() {
@@ -299,7 +303,9 @@ pub(super) fn warnings(settings: &Settings, uavs: &[UavState]) -> Vec<String> {
             };
             return Some(format!("UAV {uav} starts {side} {}: it leaves as soon as it can", named(zone)?));
         }
-        let is_safe = geofence.can_stay_inside(&settings.team.uav, settings.period, state, altitudes_m);
+        let wind = settings.wind.map(|wind| wind.at(height_m(state, None, &settings.team, UavId(uav as u32))));
+        let own = (state, wind.unwrap_or_default());
+        let is_safe = geofence.can_stay_inside(&settings.team.uav, settings.period, own, altitudes_m);
         (!is_safe).then(|| {
             format!("UAV {uav} starts so close to a zone's outline that it may not be able to turn away from it")
         })

@@ -1,7 +1,7 @@
 //! Events: what can happen to targets, groups and UAVs, and why.
 
 use crate::group_id::GroupId;
-use crate::guidance::geofence::ZoneKind;
+use crate::safety::geofence::ZoneKind;
 use crate::tracking::track::{LossReason, TrackId};
 use crate::uav::UavId;
 

@@ -21,13 +21,13 @@ use nalgebra::Vector2;
 
 use crate::angle::Angle;
 use crate::frame::{Displacement, Position, Velocity};
-use crate::guidance::inner_loop::course_rate_rad_s;
+use crate::guidance::inner_loop::InnerLoopGains;
 use crate::guidance::moving_centre::{self, GroundTrack};
 use crate::guidance::standoff_distance::{Ramp, StandoffDistance};
 use crate::guidance::vector_field::{FieldAt, PolarMotion, VectorField, convergence_threshold_m2_s};
 use crate::params::{Feedforward, GuidanceParams, Lead, SpeedReference, UavParams};
 use crate::target::TargetState;
-use crate::uav::UavState;
+use crate::uav::{Command, UavState};
 
 impl GuidanceParams {
     fn field(&self, orbit: &Orbit) -> VectorField {
@@ -104,6 +104,43 @@ pub struct Guidance {
     pub right_of_path_m: f64,
     /// Rate a at which a UAV that follows the law comes nearer to the path, 1/s: d' = -a d; on an orbit v / (k_l r_d).
     pub closing_rate_1_s: f64,
+}
+
+/// Guidance, and the loop that follows it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Followed {
+    /// State over ground for which the guidance holds: that of a kinematic UAV one turn rate lag later.
+    pub(crate) own: UavState,
+    pub(crate) guidance: Guidance,
+    /// Gain k_omega on the difference of the courses, 1/s.
+    pub(crate) gain_1_s: f64,
+}
+
+impl Followed {
+    /// A turn of a UAV in the state `own` over ground.
+    pub(crate) fn turn(own: &UavState, Command { speed_m_s, turn_rate_rad_s }: Command) -> Self {
+        let guidance =
+            Guidance { course: own.heading, turn_rate_rad_s, speed_m_s, right_of_path_m: 0.0, closing_rate_1_s: 0.0 };
+        Self { own: *own, guidance, gain_1_s: 0.0 }
+    }
+
+    /// Straight flight of a UAV in the state `own` to a course over ground, at a ground speed, m/s.
+    pub(crate) fn straight(own: &UavState, course: Angle, speed_m_s: f64, gain_1_s: f64) -> Self {
+        let turn = Self::turn(own, Command { speed_m_s, turn_rate_rad_s: 0.0 });
+        Self { guidance: Guidance { course, ..turn.guidance }, gain_1_s, ..turn }
+    }
+
+    /// The same at another desired ground speed, m/s, which may be beyond the limits.
+    pub(crate) fn at_speed(self, speed_m_s: f64) -> Self {
+        Self { guidance: Guidance { speed_m_s, ..self.guidance }, ..self }
+    }
+
+    /// Course rate, rad/s, before limits.
+    ///
+    /// Implements Eq. (24).
+    pub(crate) fn course_rate_rad_s(&self) -> f64 {
+        self.guidance.turn_rate_rad_s - self.gain_1_s * (self.own.heading - self.guidance.course).rad()
+    }
 }
 
 research_fields! {
@@ -276,44 +313,43 @@ impl OrbitRelativeState {
 
     /// See [`steer`]. The position of `own` must be the one that `self` was created with.
     pub(crate) fn steer(&self, params: &GuidanceParams, uav: &UavParams, own: &UavState, speed_m_s: f64) -> Steering {
+        self.steering(params, &self.follow(params, uav, own, speed_m_s), speed_m_s)
+    }
+
+    /// How a UAV follows the law at ground speed `speed_m_s`: a kinematic one by (24), a UAV that banks by its inner loop.
+    pub(crate) fn follow(&self, params: &GuidanceParams, uav: &UavParams, own: &UavState, speed_m_s: f64) -> Followed {
+        let of = |on_orbit: &Self, own: UavState, gain: fn(&GuidanceParams, &Guidance) -> f64| {
+            let guidance = on_orbit.guide(params, &own, speed_m_s);
+            Followed { own, guidance, gain_1_s: gain(params, &guidance) }
+        };
+        if uav.bank.is_some() {
+            return of(self, *own, |_, guidance| InnerLoopGains::of(guidance).heading_1_s);
+        }
+        let lag_s = if params.feedforward == Feedforward::Trajectory { uav.turn_rate_lag_s } else { 0.0 };
+        if lag_s == 0.0 {
+            return of(self, *own, |params, _| params.heading_gain_1_s);
+        }
+        let later = own.extrapolated(lag_s);
+        let then = Self::of(params, later.position, &self.orbit.extrapolated(lag_s));
+        of(&then, later, |params, _| params.heading_gain_1_s)
+    }
+
+    /// Turn rate, before limits, and intermediate values of a UAV that follows the law at ground speed `speed_m_s`.
+    pub(crate) fn steering(&self, params: &GuidanceParams, followed: &Followed, speed_m_s: f64) -> Steering {
         let Self { orbit, phase, .. } = self;
         let r_m = self.centre_distance_m();
         let flown = self.ground_track(params, speed_m_s);
-        let (guidance, turn_rate_rad_s) = if uav.bank.is_some() {
-            let guidance = self.guide(params, own, speed_m_s);
-            (guidance, course_rate_rad_s(&guidance, own.heading))
-        } else {
-            self.follow(params, uav.turn_rate_lag_s, own, speed_m_s)
-        };
         let r_rate_m_s = self.motion_along(&flown, speed_m_s).r_rate_m_s;
         Steering {
-            turn_rate_rad_s,
+            turn_rate_rad_s: followed.course_rate_rad_s(),
             desired_heading: flown.heading,
-            feedforward_rad_s: guidance.turn_rate_rad_s,
+            feedforward_rad_s: followed.guidance.turn_rate_rad_s,
             centre_distance_m: r_m,
             phase: *phase,
             steered_radius_m: orbit.steered.radius_m,
             convergence_threshold_m2_s: convergence_threshold_m2_s(r_m, r_rate_m_s, orbit.distance_m, orbit.rate_m_s),
             centre_too_fast: flown.centre_too_fast,
         }
-    }
-
-    /// Guidance of a kinematic UAV, and the turn rate that follows it, rad/s.
-    ///
-    /// Implements Eq. (24).
-    fn follow(&self, params: &GuidanceParams, lag_s: f64, own: &UavState, speed_m_s: f64) -> (Guidance, f64) {
-        let (guidance, course) = match params.feedforward {
-            Feedforward::Trajectory => {
-                let later = own.extrapolated(lag_s);
-                let then = Self::of(params, later.position, &self.orbit.extrapolated(lag_s));
-                (then.guide(params, &later, speed_m_s), later.heading)
-            }
-            _ => (self.guide(params, own, speed_m_s), own.heading),
-        };
-        let turn_rate_rad_s = guidance.turn_rate_rad_s
-            - params.heading_gain_1_s * (course - guidance.course).rad()
-            - params.turn_rate_gain * (own.turn_rate_rad_s - guidance.turn_rate_rad_s);
-        (guidance, turn_rate_rad_s)
     }
 
     /// Threshold of Lemma 3.1 for a UAV that flies along the field at ground speed `speed_m_s`, m2/s; same result as

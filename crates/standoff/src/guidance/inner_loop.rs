@@ -24,7 +24,6 @@
 
 use std::ops::RangeInclusive;
 
-use crate::angle::Angle;
 use crate::atmosphere::GRAVITY_M_S2;
 use crate::bank::ROLL_COMMAND_RATE_MAX_RAD_S;
 use crate::guidance::heading::Guidance;
@@ -186,7 +185,7 @@ impl InnerLoop {
             let added_rad_s = finite(gains.integral_rad_s2_m * path.right_of_path_m) * dt_s;
             self.integral_rad_s = (self.integral_rad_s + added_rad_s).clamp(-INTEGRAL_MAX_RAD_S, INTEGRAL_MAX_RAD_S);
         }
-        airspeed_m_s * wind.heading_rate_rad_s(own, path, gains.heading_1_s, self.integral_rad_s)
+        airspeed_m_s * wind.heading_rate_rad_s(own, path, gains.heading_1_s, self.integral_rad_s, false)
     }
 
     /// Updates the share of the coordinated turn rate from the measured turn and roll.
@@ -207,11 +206,6 @@ impl InnerLoop {
     }
 }
 
-/// Course rate that leads a UAV on a course onto a path, rad/s, without the integral.
-pub(crate) fn course_rate_rad_s(path: &Guidance, course: Angle) -> f64 {
-    path.turn_rate_rad_s - InnerLoopGains::of(path).heading_1_s * (course - path.course).rad()
-}
-
 fn finite(value: f64) -> f64 {
     if value.is_finite() { value } else { 0.0 }
 }
@@ -224,6 +218,7 @@ fn limited_rad(angle_rad: f64, max_rad: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::angle::Angle;
     use crate::frame::{Displacement, Position, Velocity};
     use proptest::prelude::*;
 

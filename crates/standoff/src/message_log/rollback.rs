@@ -6,9 +6,9 @@ mod tests;
 
 use std::collections::VecDeque;
 
-use crate::guidance::geofence::Geofence;
 use crate::message::CommitDigest;
 use crate::message_log::log::MessageLog;
+use crate::safety::geofence::Geofence;
 use crate::state_update::TeamStateUpdater;
 use crate::team_state::TeamState;
 use crate::time::Duration;

@@ -5,9 +5,9 @@ use crate::coordination::event::Event;
 use crate::coordination::group::Group;
 use crate::coordination::memberships::GroupIndex;
 use crate::coordination::teammate::{Teammate, groups_of};
-use crate::guidance::geofence::{Geofence, ZoneSet};
 use crate::guidance::heading::OrbitRelativeState;
 use crate::params::{AltitudePolicy, TeamParams};
+use crate::safety::geofence::{Geofence, ZoneSet};
 use crate::team_state::TeamState;
 
 impl TeamState {

@@ -50,7 +50,7 @@ impl Flight {
             if step >= 800 {
                 settled.push((state.position.distance_m(orbit.centre), orbit.distance_m));
             }
-            let steering = steer(&self.guidance, self.uav.turn_rate_lag_s, &state, &orbit, self.uav.speed_m_s);
+            let steering = steer(&self.guidance, &self.uav, &state, &orbit, self.uav.speed_m_s);
             let desired = Command { speed_m_s: self.uav.speed_m_s, turn_rate_rad_s: steering.turn_rate_rad_s };
             state = self.uav.response(Duration::from_s(PERIOD_S)).step(&state, self.uav.limit(desired).command);
         }
@@ -148,8 +148,7 @@ fn a_speed_relative_to_the_centre_keeps_the_phases() {
             let orbit = Orbit { centre, centre_velocity: velocity, distance_m: 400.0, rate_m_s: 0.0, steered };
             for uav in &mut pair {
                 let speed_m_s = ground_speed_m_s(&guidance, uav, &orbit, 40.0);
-                let turn_rate_rad_s =
-                    steer(&guidance, team.uav.turn_rate_lag_s, uav, &orbit, speed_m_s).turn_rate_rad_s;
+                let turn_rate_rad_s = steer(&guidance, &team.uav, uav, &orbit, speed_m_s).turn_rate_rad_s;
                 let limited = team.uav.limit(Command { speed_m_s, turn_rate_rad_s });
                 *uav = team.uav.response(Duration::from_s(PERIOD_S)).step(uav, limited.command);
             }
@@ -216,7 +215,7 @@ impl SettledFlight {
             if t_s >= settled_s {
                 (sum_m, squares_m2, count) = (sum_m + error_m, squares_m2 + error_m * error_m, count + 1.0);
             }
-            let steering = steer(&team.guidance, self.lag_s, &state, &orbit, self.speed_m_s);
+            let steering = steer(&team.guidance, &team.uav, &state, &orbit, self.speed_m_s);
             let desired = Command { speed_m_s: self.speed_m_s, turn_rate_rad_s: steering.turn_rate_rad_s };
             state = response.step(&state, team.uav.limit(desired).command);
         }

@@ -3,13 +3,14 @@ use proptest::prelude::*;
 use super::*;
 use crate::angle::Angle;
 use crate::frame::{Displacement, Position, Velocity};
-use crate::guidance::geofence::{Geofence, Zone, ZoneKind};
-use crate::guidance::geofence_safety::tests::Drawn;
 use crate::math::PI;
 use crate::params::{ClimbParams, TeamParams, UavParams};
+use crate::safety::geofence::{Geofence, Zone, ZoneKind};
+use crate::safety::motion::Airframe;
+use crate::safety::zones::tests::Drawn;
 use crate::time::Duration;
 use crate::uav::AutopilotModel;
-use crate::wind::{PredictionLimits, Wind};
+use crate::wind::Wind;
 
 const PERIOD_S: f64 = 0.5;
 
@@ -88,7 +89,7 @@ fn fly(fliers: Vec<Flier>, seconds: f64) -> Flown {
 /// Flies with reports that arrive after `latency` time steps.
 fn fly_with(uav: UavParams, mut fliers: Vec<Flier>, seconds: f64, latency: usize) -> Flown {
     let (separation, dt) = (SeparationParams::default(), Duration::from_s(PERIOD_S));
-    let escapes = EscapeModel::new(PredictionLimits::in_wind(uav, 0.0), PERIOD_S);
+    let escapes = FallbackModel::in_air(Airframe::new(uav, 0.0), PERIOD_S);
     let mut manoeuvres = vec![None; fliers.len()];
     let response: AutopilotModel = uav.response(dt);
     let mut flown = Flown { closest_m: f64::INFINITY, avoided: 0, reversals: 0, last: Vec::new(), apart_m: Vec::new() };
@@ -122,7 +123,8 @@ fn fly_with(uav: UavParams, mut fliers: Vec<Flier>, seconds: f64, latency: usize
             let desired = courses.command(index, &own);
             let avoidance = CollisionAvoidance {
                 separation: &separation,
-                escapes: &escapes,
+                fallbacks: &escapes,
+                plan: None,
                 geofence: None,
                 id: UavId(index as u32),
                 own: &steady(&own),
@@ -352,7 +354,7 @@ proptest! {
 /// lags are long.
 #[test]
 fn uavs_whose_courses_jump_keep_the_minimum_distance() {
-    let mut drawn = crate::guidance::geofence_safety::tests::Drawn(11);
+    let mut drawn = crate::safety::zones::tests::Drawn(11);
     for case in 0..40 {
         let uav =
             UavParams { speed_lag_s: drawn.between(0.2, 2.0), turn_rate_lag_s: drawn.between(0.2, 2.0), ..params() };
@@ -380,9 +382,9 @@ fn avoidance_keeps_to_the_geofence() {
     let corners = [(-300.0, -300.0), (300.0, -300.0), (300.0, 300.0), (-300.0, 300.0)];
     let vertices = corners.map(|(x_m, y_m)| Position::from_m(x_m, y_m)).into();
     let geofence = Geofence::new(vec![Zone { kind: ZoneKind::KeepIn, vertices, ..Zone::default() }]).unwrap();
-    let safety = GeofenceSafety::new(geofence, PredictionLimits::in_wind(uav, 0.0), PERIOD_S);
-    let escapes = EscapeModel::new(PredictionLimits::in_wind(uav, 0.0), PERIOD_S);
-    let mut drawn = crate::guidance::geofence_safety::tests::Drawn(5);
+    let safety = GeofenceSafety::new(geofence, Airframe::new(uav, 0.0), PERIOD_S);
+    let escapes = FallbackModel::in_air(Airframe::new(uav, 0.0), PERIOD_S);
+    let mut drawn = crate::safety::zones::tests::Drawn(5);
     let (mut safe, mut changed) = (0, 0);
     for case in 0..1000 {
         let fliers: Vec<Flier> = (0..4)
@@ -392,7 +394,7 @@ fn avoidance_keeps_to_the_geofence() {
             })
             .collect();
         let own = fliers[3].state;
-        if !safety.is_safe(&own) {
+        if !safety.is_safe(&steady(&own)) {
             continue;
         }
         let others = (0..3).map(|id: u32| OtherAircraft {
@@ -404,16 +406,17 @@ fn avoidance_keeps_to_the_geofence() {
         let (id, geofence) = (UavId(3), Some(&safety));
         let avoidance = CollisionAvoidance {
             separation: &separation,
-            escapes: &escapes,
+            fallbacks: &escapes,
+            plan: None,
             geofence,
             id,
             own: &steady(&own),
             manoeuvre: None,
         };
         let courses = Courses(&fliers, uav);
-        let (desired, _) = safety.make_safe(&steady(&own), courses.command(3, &own));
+        let (desired, _) = safety.make_safe(&steady(&own), courses.command(3, &own), None);
         let (command, _) = avoidance.avoid(Intent::held(desired), None, others, &courses);
-        assert_ne!(safety.safe_turns(&steady(&own), command, false), [false; 2], "case {case}: {command:?}");
+        assert_ne!(safety.safe_turns(&steady(&own), command, Of::Choice), [false; 2], "case {case}: {command:?}");
         safe += 1;
         changed += usize::from(command != desired);
     }
@@ -439,7 +442,7 @@ fn pursued(intruder_m_s: f64, direction_deg: f64, seconds: f64) -> (f64, f64) {
         rate_m_s: 0.0,
         steered: ramp,
     };
-    let escapes = EscapeModel::new(PredictionLimits::in_wind(uav, 0.0), PERIOD_S);
+    let escapes = FallbackModel::in_air(Airframe::new(uav, 0.0), PERIOD_S);
     let mut own = UavState::level_flight(Position::from_m(400.0, 0.0), Angle::from_deg(90.0), 40.0);
     let direction = Angle::from_deg(direction_deg);
     let start = own.position + Displacement::from_polar(1000.0, direction);
@@ -451,7 +454,8 @@ fn pursued(intruder_m_s: f64, direction_deg: f64, seconds: f64) -> (f64, f64) {
         let desired = uav.limit(Command { speed_m_s: 40.0, turn_rate_rad_s: steering.turn_rate_rad_s }).command;
         let avoidance = CollisionAvoidance {
             separation: &separation,
-            escapes: &escapes,
+            fallbacks: &escapes,
+            plan: None,
             geofence: None,
             id: UavId(3),
             own: &steady(&own),
@@ -490,13 +494,14 @@ fn a_pursuing_intruder_is_avoided() {
 #[test]
 fn a_manoeuvre_against_a_teammate_with_an_old_report_ends_later() {
     let separation = SeparationParams::default();
-    let escapes = EscapeModel::new(PredictionLimits::in_wind(params(), 0.0), PERIOD_S);
+    let fallbacks = &FallbackModel::in_air(Airframe::new(params(), 0.0), PERIOD_S);
     let own = UavState::level_flight(Position::ORIGIN, Angle::from_deg(0.0), 40.0);
     let additional_m = |avoids, aircraft, age_s| {
         let command = Command { speed_m_s: 40.0, turn_rate_rad_s: 0.1 };
         let manoeuvre = Some(Manoeuvre { avoids: Some(avoids), command, is_left: true });
-        let (escapes, own, geofence, id) = (&escapes, &steady(&own), None, UavId(0));
-        let avoidance = CollisionAvoidance { separation: &separation, escapes, geofence, id, own, manoeuvre };
+        let (own, geofence, id) = (&steady(&own), None, UavId(0));
+        let avoidance =
+            CollisionAvoidance { separation: &separation, fallbacks, geofence, id, own, manoeuvre, plan: None };
         let required = avoidance.required(AHEAD_S, BUFFER_M, age_s);
         avoidance.kept(aircraft, required).now_m - required.now_m
     };

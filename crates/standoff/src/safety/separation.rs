@@ -8,16 +8,16 @@
 //!
 //! Coordination: the UAVs near each other plan one after the other, by ascending id. Each UAV computes the plans of those
 //! before it from the same reports, so that it knows their commands and none undoes the manoeuvre of another.
-//! [Escape manoeuvres](crate::guidance::escape) keep them separable whatever they do next, and respect the geofence.
+//! [Path manoeuvres](crate::safety::fallback) keep them separable whatever they do next, and respect the geofence.
 
-use crate::bank::Motion;
-use crate::guidance::command_candidates::Costs;
-use crate::guidance::escape::{Escape, EscapeModel, Side, choose_sides};
-use crate::guidance::geofence_safety::GeofenceSafety;
-use crate::guidance::predicted_trajectory::{Intent, PredictedTrajectory, SampledTrajectory, least_length};
-use crate::guidance::pursuer_model;
 use crate::message::Manoeuvre;
 use crate::params::{SeparationParams, UavParams};
+use crate::safety::candidates::candidates;
+use crate::safety::fallback::{FallbackModel, Path, Plan, Sense, choose_senses};
+use crate::safety::motion::Motion;
+use crate::safety::predicted_trajectory::{Intent, PredictedTrajectory, SampledTrajectory, least_length};
+use crate::safety::pursuer;
+use crate::safety::zones::{GeofenceSafety, Of};
 use crate::uav::{Aircraft, Command, UavId, UavState, Vertical};
 use crate::wind::Wind;
 
@@ -57,8 +57,6 @@ const CHANGE_COST_1_S: f64 = 10.0;
 /// Slowest turn that counts for a reversal, rad/s.
 const REVERSAL_RAD_S: f64 = 0.02;
 
-/// Costs of a command that differs from the desired one.
-const COSTS: Costs = Costs { speed: 0.1, turn: 0.2 };
 /// Cost of falling short of the required distance, per fraction of that distance.
 const SHORTFALL_COST: f64 = 100.0;
 /// Cost of escape manoeuvres that fall short, and per fraction of their required distance. Above all other costs: as
@@ -88,7 +86,13 @@ impl OtherAircraft {
     /// The aircraft in the frame of the air, which coincides with the ground now.
     pub(crate) fn in_air(self, wind: Wind, uav: &UavParams) -> Self {
         let commanded_m_s = self.manoeuvre.map(|manoeuvre| manoeuvre.command.speed_m_s);
-        let mut reported_state = wind.relative_to_air(uav, &self.reported_state, commanded_m_s);
+        let acceleration_m_s2 = |airspeed_m_s: f64| {
+            let [slowest_m_s2, fastest_m_s2] = uav.accelerations_m_s2(airspeed_m_s);
+            commanded_m_s.map_or(0.0, |commanded_m_s| {
+                ((commanded_m_s - airspeed_m_s) / uav.speed_lag_s).clamp(slowest_m_s2, fastest_m_s2)
+            })
+        };
+        let mut reported_state = wind.relative_to_air(&self.reported_state, acceleration_m_s2);
         reported_state.position = reported_state.position + wind.velocity * self.age_s.min(SILENT_MAX_S);
         Self { reported_state, ..self }
     }
@@ -126,12 +130,14 @@ const AVOIDING_S: f64 = 1.0;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct CollisionAvoidance<'a> {
     pub(crate) separation: &'a SeparationParams,
-    pub(crate) escapes: &'a EscapeModel,
+    pub(crate) fallbacks: &'a FallbackModel,
     pub(crate) geofence: Option<&'a GeofenceSafety>,
     pub(crate) id: UavId,
     pub(crate) own: &'a Motion,
     /// Manoeuvre since the last decision, as reported.
     pub(crate) manoeuvre: Option<Manoeuvre>,
+    /// Fallback that the UAV has planned.
+    pub(crate) plan: Option<Plan>,
 }
 
 /// Commands that teammates fly if no aircraft is near.
@@ -192,7 +198,7 @@ impl Required {
 /// Paths of other UAVs that the escape manoeuvres of a UAV must not come near.
 struct Neighbours<'a> {
     near: &'a [Near],
-    escapes: Vec<(UavId, Escape, f64)>,
+    escapes: Vec<(UavId, Path, f64)>,
 }
 
 impl CollisionAvoidance<'_> {
@@ -208,7 +214,7 @@ impl CollisionAvoidance<'_> {
         let levels = self.levels_m(altitude_m);
         let others = others.filter(|other| !self.is_separated(levels, other.levels_m()));
         let desired = intent.command;
-        let course = PredictedTrajectory::of(&self.own.state, intent, &self.escapes.limits.uav, 0.0);
+        let course = PredictedTrajectory::of(&self.own.state, intent, &self.fallbacks.airframe.uav, 0.0);
         let is_teammate = |other: &OtherAircraft| matches!(other.aircraft, Aircraft::Uav(_));
         let meets = |other: &OtherAircraft| is_teammate(other) && self.can_meet(&other.reported_state, other.age_s);
         if !others.clone().any(|other| meets(&other)) {
@@ -224,17 +230,14 @@ impl CollisionAvoidance<'_> {
     /// True if the escape manoeuvres of this UAV and another one may meet.
     fn can_meet(&self, other: &UavState, age_s: f64) -> bool {
         let speeds_m_s = self.own.state.speed_m_s.abs() + other.speed_m_s.abs();
-        let limits = &self.escapes.limits;
-        // A geofence may leave only one turn to both, so that their circles meet although they fly apart. Over ground in
-        // wind, UAVs that do not bank are not predicted well enough to gain from it.
-        let is_exact = limits.wind_m_s == 0.0 || self.own.circling_in.is_some();
-        let circles_m = match self.geofence.filter(|_| is_exact) {
-            Some(_) => [&self.own.state, other].map(|state| self.own.with_state(*state).circle_m(limits)),
+        // A geofence may leave only one turn to both, so that their circles meet although they fly apart.
+        let circles_m = match self.geofence {
+            Some(_) => [self.own.state, *other].map(|state| self.fallbacks.circle_m(&self.own.with_state(state))),
             None => [0.0; 2],
         };
         let reach_m = self.separation.horizontal_min_m
             + ESCAPE_BUFFER_M
-            + speeds_m_s * self.escapes.turning_s
+            + speeds_m_s * self.fallbacks.turning_s
             + 2.0 * (circles_m[0] + circles_m[1])
             + (other.speed_m_s.abs() + DRIFT_M_S) * age_s;
         self.own.state.position.squared_distance_m2(other.position) < reach_m * reach_m
@@ -274,8 +277,8 @@ impl CollisionAvoidance<'_> {
                 true => *self.own,
                 false => {
                     let command = other.manoeuvre.map(|manoeuvre| manoeuvre.command);
-                    let mut motion = Motion::turning(&self.escapes.limits.uav, &state, command);
-                    motion.circling_in = self.own.circling_in;
+                    let mut motion = Motion::turning(&self.fallbacks.airframe.uav, &state, command);
+                    motion.wind = self.own.wind;
                     motion
                 }
             };
@@ -287,14 +290,22 @@ impl CollisionAvoidance<'_> {
             let avoids = planned.manoeuvre.and_then(|manoeuvre| manoeuvre.avoids);
             (matches!(avoids, Some(Aircraft::Intruder(_))), planned.uav)
         });
-        let Self { separation, escapes: model, geofence, .. } = *self;
+        let Self { separation, fallbacks, geofence, .. } = *self;
         let of = |index: usize| {
             let Planned { uav: id, motion: ref own, manoeuvre, .. } = planned[index];
-            CollisionAvoidance { separation, escapes: model, geofence, id, own, manoeuvre }
+            CollisionAvoidance {
+                separation,
+                fallbacks,
+                geofence,
+                id,
+                own,
+                manoeuvre,
+                plan: self.plan.filter(|_| id == self.id),
+            }
         };
         let age_s = |i: usize, j: usize| planned[i].age_s + planned[j].age_s;
         let required_m = |i: usize, j: usize| {
-            let minimum_m = self.separation.horizontal_min_m + ESCAPE_BUFFER_M + self.escapes.error_m;
+            let minimum_m = self.separation.horizontal_min_m + ESCAPE_BUFFER_M + self.fallbacks.error_m;
             minimum_m + DRIFT_M_S * age_s(i, j)
         };
         let can_meet = |i: usize, j: usize| {
@@ -310,7 +321,9 @@ impl CollisionAvoidance<'_> {
             .map(|index| !meets[index].is_empty() || meets.iter().any(|met| met.contains(&index)))
             .collect();
         let turns = |uav: UavId, motion: &Motion, command| {
-            self.geofence.map_or([true; 2], |geofence| geofence.safe_turns(motion, command, uav != self.id))
+            self.geofence.map_or([true; 2], |geofence| {
+                geofence.safe_turns(motion, command, if uav == self.id { Of::Choice } else { Of::Flown })
+            })
         };
         let commands: Vec<(Command, PredictedTrajectory)> = planned
             .iter()
@@ -319,48 +332,51 @@ impl CollisionAvoidance<'_> {
                     return (desired, course);
                 }
                 let intent = team.desired(planned.uav, &planned.motion);
-                (intent.command, PredictedTrajectory::of(&planned.motion.state, intent, &self.escapes.limits.uav, 0.0))
+                (
+                    intent.command,
+                    PredictedTrajectory::of(&planned.motion.state, intent, &self.fallbacks.airframe.uav, 0.0),
+                )
             })
             .collect();
-        let preferred: Vec<Side> = planned
+        let preferred: Vec<Sense> = planned
             .iter()
             .map(|planned| {
                 let turns_left = planned.motion.state.turn_rate_rad_s >= 0.0;
-                Side::of(avoiding(planned.manoeuvre).map_or(turns_left, |manoeuvre| manoeuvre.is_left))
+                Sense::of(avoiding(planned.manoeuvre).map_or(turns_left, |manoeuvre| manoeuvre.is_left))
             })
             .collect();
-        // Escape manoeuvres of all, after their desired commands or, if these fall short together, from now on.
-        let escapes_after = |command_of: &dyn Fn(usize, Side) -> Command, is_now: bool| {
+        // Path manoeuvres of all, after their desired commands or, if these fall short together, from now on.
+        let escapes_after = |command_of: &dyn Fn(usize, Sense) -> Command, is_now: bool| {
             let path_of = |index: usize, side| {
-                is_met[index].then(|| self.escapes.path(&planned[index].motion, command_of(index, side), side))
+                is_met[index].then(|| self.fallbacks.path(&planned[index].motion, command_of(index, side), side))
             };
             let is_possible: Vec<[bool; 2]> = (0..planned.len())
                 .map(|index| {
                     let motion = &planned[index].motion;
-                    let after = |side: Side| turns(planned[index].uav, motion, command_of(index, side))[side as usize];
-                    let possible = Side::BOTH.map(after);
-                    if is_now && possible == [false; 2] { self.last_turn(motion) } else { possible }
+                    let after = |side: Sense| turns(planned[index].uav, motion, command_of(index, side))[side as usize];
+                    let possible = Sense::BOTH.map(after);
+                    if is_now && possible == [false; 2] { of(index).last_turn(motion) } else { possible }
                 })
                 .collect();
-            let paths: Vec<[Option<Escape>; 2]> =
-                (0..planned.len()).map(|index| Side::BOTH.map(|side| path_of(index, side))).collect();
-            let (short, sides) = choose_sides(&preferred, |i, s, j, t| {
+            let paths: Vec<[Option<Path>; 2]> =
+                (0..planned.len()).map(|index| Sense::BOTH.map(|side| path_of(index, side))).collect();
+            let (short, sides) = choose_senses(&preferred, |i, s, j, t| {
                 if !is_possible[i][s as usize] {
                     return IMPOSSIBLE;
                 }
                 match (&paths[i][s as usize], &paths[j][t as usize]) {
                     (Some(a), Some(b)) if is_possible[j][t as usize] && meets[i].contains(&j) => {
-                        self.escapes.shortfall(a, b, required_m(i, j))
+                        self.fallbacks.shortfall(a, b, required_m(i, j), self.own.wind)
                     }
                     _ => 0.0,
                 }
             });
-            let chosen = sides.iter().enumerate().map(|(index, side)| paths[index][*side as usize]);
-            (short, chosen.collect::<Vec<Option<Escape>>>())
+            let chosen = sides.iter().enumerate().map(|(index, side)| paths[index][*side as usize].clone());
+            (short, chosen.collect::<Vec<Option<Path>>>())
         };
         let (short, mut escapes) = escapes_after(&|index, _| commands[index].0, false);
         if short > 0.0 {
-            escapes = escapes_after(&|index, side| self.escapes.command(&planned[index].motion, side), true).1;
+            escapes = escapes_after(&|index, side| self.fallbacks.command(&planned[index].motion, side, None), true).1;
         }
         let mut courses: Vec<SampledTrajectory> = planned.iter().map(|planned| planned.course.sampled()).collect();
         for index in 0..planned.len() {
@@ -383,7 +399,8 @@ impl CollisionAvoidance<'_> {
             let intruders = intruders.iter().filter_map(|other| uav.near(other, None, |_| None));
             let near: Vec<Near> = teammates.chain(as_reported).chain(intruders).collect();
             let met = meets[index].iter();
-            let met = met.filter_map(|other| Some((planned[*other].uav, escapes[*other]?, required_m(index, *other))));
+            let met = met
+                .filter_map(|other| Some((planned[*other].uav, escapes[*other].clone()?, required_m(index, *other))));
             let neighbours = Neighbours { near: &near, escapes: met.collect() };
             let (flown, side, avoidance) = uav.nearest_command((command, course), &neighbours, turns);
             if uav.id == self.id {
@@ -392,7 +409,7 @@ impl CollisionAvoidance<'_> {
             let course = if flown == command { course } else { course.with(Intent::held(flown)) };
             courses[index] = course.sampled();
             if !meets[index].is_empty() {
-                escapes[index] = Some(self.escapes.path(uav.own, flown, side));
+                escapes[index] = Some(self.fallbacks.path(uav.own, flown, side));
             }
         }
         (desired, None)
@@ -410,7 +427,7 @@ impl CollisionAvoidance<'_> {
                 continue;
             };
             let clear_m = CLIMB_CLEAR_MINIMA * self.separation.horizontal_min_m
-                + 2.0 * self.escapes.limits.fastest_m_s * other.age_s;
+                + 2.0 * self.fallbacks.airframe.uav.speed_max_m_s() * other.age_s;
             let is_clear =
                 self.own.state.position.squared_distance_m2(other.reported_state.position) > clear_m * clear_m;
             let over_m = own.altitude_m - vertical.altitude_m;
@@ -468,7 +485,7 @@ impl CollisionAvoidance<'_> {
     fn reach_m(&self, speed_m_s: f64) -> f64 {
         let old_m = SILENT_MAX_S * (DRIFT_M_S + DRIFT_M_S2 * (AHEAD_S + CLEAR_OF_OLD_S));
         let spare_m = BUFFER_M + CLEAR_M + old_m;
-        let flown_m = self.escapes.limits.fastest_m_s * AHEAD_S + speed_m_s * (AHEAD_S + SILENT_MAX_S);
+        let flown_m = self.fallbacks.airframe.uav.speed_max_m_s() * AHEAD_S + speed_m_s * (AHEAD_S + SILENT_MAX_S);
         CLIMB_CLEAR_MINIMA * self.separation.horizontal_min_m + spare_m + flown_m
     }
 
@@ -518,7 +535,8 @@ impl CollisionAvoidance<'_> {
     /// True if another aircraft can come nearer than the required distance within the prediction horizon.
     fn is_within_reach(&self, reported: &UavState, age_s: f64, required: Required) -> bool {
         let (ahead_s, speed_m_s) = (required.ahead_s, reported.speed_m_s.abs());
-        let reach_m = required.most_m() + self.escapes.limits.fastest_m_s * ahead_s + speed_m_s * (ahead_s + age_s);
+        let reach_m =
+            required.most_m() + self.fallbacks.airframe.uav.speed_max_m_s() * ahead_s + speed_m_s * (ahead_s + age_s);
         self.own.state.position.squared_distance_m2(reported.position) < reach_m * reach_m
     }
 
@@ -529,7 +547,7 @@ impl CollisionAvoidance<'_> {
         let is_trusted =
             |intent: &Intent| (intent.command.turn_rate_rad_s - turn_rate_rad_s).abs() < TRUST_RAD_S * (1.0 + age_s);
         let reported_command =
-            avoiding(other.manoeuvre).map(|manoeuvre| self.escapes.limits.uav.limit(manoeuvre.command).command);
+            avoiding(other.manoeuvre).map(|manoeuvre| self.fallbacks.airframe.uav.limit(manoeuvre.command).command);
         let flown = Intent::held(reported_command.unwrap_or(Command { speed_m_s, turn_rate_rad_s }));
         let intent = match intent {
             None => flown,
@@ -537,7 +555,7 @@ impl CollisionAvoidance<'_> {
             // The teammate avoids another aircraft and will return to its orbit.
             Some(intent) => Intent { for_s: AVOIDING_S, turn_rate_after_rad_s: intent.turn_rate_after_rad_s, ..flown },
         };
-        PredictedTrajectory::of(reported, intent, &self.escapes.limits.uav, age_s)
+        PredictedTrajectory::of(reported, intent, &self.fallbacks.airframe.uav, age_s)
     }
 
     /// Returns the admissible command with the lowest cost, the side of its escape manoeuvre, and the aircraft that the
@@ -547,7 +565,7 @@ impl CollisionAvoidance<'_> {
         (desired, course): (Command, PredictedTrajectory),
         neighbours: &Neighbours,
         turns: impl Fn(UavId, &Motion, Command) -> [bool; 2],
-    ) -> (Command, Side, Option<Avoidance>) {
+    ) -> (Command, Sense, Option<Avoidance>) {
         let near = neighbours.near;
         let (short, soft_avoidance) = self.shortfall(&course.sampled(), near, f64::INFINITY);
         let possible = turns(self.id, self.own, desired);
@@ -565,8 +583,8 @@ impl CollisionAvoidance<'_> {
         let conflict = soft_avoidance.or(escape_avoidance).map(|avoidance| avoidance.aircraft);
         let teammate = near.iter().find(|other| Some(other.aircraft) == conflict && other.pursuer.is_none());
         let age_s = teammate.map_or(0.0, |other| other.required.age_s);
-        let change_cost_s = CHANGE_COST_1_S * age_s / self.escapes.limits.uav.turn_rate_max_rad_s;
-        for (effort, command) in COSTS.candidates(&self.escapes.limits, self.own, desired) {
+        let change_cost_s = CHANGE_COST_1_S * age_s / self.fallbacks.airframe.uav.turn_rate_max_rad_s;
+        for (effort, command) in candidates(self.fallbacks, self.own, desired) {
             // All further commands cost more, too.
             if effort >= best.0 {
                 break;
@@ -617,13 +635,13 @@ impl CollisionAvoidance<'_> {
         let is_given_up = escape_short > 0.0;
         let avoidance =
             if is_given_up { escape_avoidance.or(soft_avoidance) } else { soft_avoidance.or(escape_avoidance) };
-        let avoidance = avoidance.map(|avoidance| Avoidance { is_left: side == Side::Left, is_given_up, ..avoidance });
+        let avoidance = avoidance.map(|avoidance| Avoidance { is_left: side == Sense::Left, is_given_up, ..avoidance });
         (command, side, avoidance)
     }
 
-    /// Escape manoeuvre, to the left or to the right, of a UAV without one that the geofence allows.
+    /// Path manoeuvre, to the left or to the right, of a UAV without one that the geofence allows.
     fn last_turn(&self, motion: &Motion) -> [bool; 2] {
-        self.geofence.map_or([true; 2], |geofence| geofence.last_turn(motion))
+        self.geofence.map_or([true; 2], |geofence| geofence.last_turn(motion, self.plan.as_ref()))
     }
 
     /// Smallest shortfall of the escape manoeuvres after a command, the side of that manoeuvre, and the aircraft that
@@ -631,20 +649,20 @@ impl CollisionAvoidance<'_> {
     fn escape_shortfall(
         &self,
         command: Command,
-        others: &[(UavId, Escape, f64)],
+        others: &[(UavId, Path, f64)],
         short_max: f64,
         possible: [bool; 2],
-    ) -> (f64, Side, Option<Avoidance>) {
-        let first = Side::of(command.turn_rate_rad_s >= 0.0);
+    ) -> (f64, Sense, Option<Avoidance>) {
+        let first = Sense::of(command.turn_rate_rad_s >= 0.0);
         if others.is_empty() {
             return (0.0, first, None);
         }
         let mut best = (f64::INFINITY, first, None);
         for side in first.with_other().into_iter().filter(|side| possible[*side as usize]) {
-            let path = self.escapes.path(self.own, command, side);
+            let path = self.fallbacks.path(self.own, command, side);
             let mut worst = (0.0, side, None);
             for (uav, escape, required_m) in others {
-                let short = self.escapes.shortfall(&path, escape, *required_m);
+                let short = self.fallbacks.shortfall(&path, escape, *required_m, self.own.wind);
                 if short > worst.0 {
                     let predicted_distance_m = required_m * (1.0 - short).max(0.0);
                     worst = (short, side, Some(avoidance(Aircraft::Uav(*uav), predicted_distance_m)));
@@ -679,9 +697,9 @@ impl CollisionAvoidance<'_> {
                 (sum, steps) = (sum + (required_m - left_m).max(0.0), steps + 1.0);
             }
             if let Some(pursuer) = &other.pursuer {
-                let turn_max_rad_s = self.escapes.limits.uav.turn_rate_max_rad_s;
+                let turn_max_rad_s = self.fallbacks.airframe.uav.turn_rate_max_rad_s;
                 let closest_m =
-                    pursuer_model::closest_m(pursuer, turn_max_rad_s, ahead_s, growth_m_s, |at_s| course.at(at_s));
+                    pursuer::closest_m(pursuer, turn_max_rad_s, ahead_s, growth_m_s, |at_s| course.at(at_s));
                 (spare_m, predicted_distance_m) = (spare_m.min(closest_m), predicted_distance_m.min(closest_m));
             }
             let short = (required_m - spare_m + sum / steps) / required_m;

@@ -3,13 +3,14 @@
 
 use std::sync::Arc;
 
-use crate::guidance::geofence::{Geofence, ZoneSet};
-use crate::guidance::geofence_safety::GeofenceSafety;
 use crate::params::TeamParams;
+use crate::safety::geofence::{Geofence, ZoneSet};
+use crate::safety::motion::Airframe;
+use crate::safety::zones::GeofenceSafety;
 use crate::time::Duration;
 use crate::uav::UavId;
 use crate::validation::{Allowed, ParamError};
-use crate::wind::{PredictionLimits, Wind};
+use crate::wind::Wind;
 
 /// Maximum number of safety functions that are kept. Teams need about one per altitude; UAVs that climb through many
 /// zones need more for a short time.
@@ -30,7 +31,7 @@ impl TeamGeofence {
             return Ok(None);
         }
         if let Some([found_m, required_m]) =
-            zones.lacking_room(&params.ground_limits().uav, Duration::from_s(params.log.period_s))
+            zones.lacking_room(&params.uav, Duration::from_s(params.log.period_s), params.orbit_wind_m_s())
         {
             let allowed = Allowed::at_least(required_m).with_reason(
                 "the largest circle inside all keep-in zones must contain the tightest circle at the lowest speed, 5 m from \
@@ -61,8 +62,8 @@ impl TeamGeofence {
             return Some(Arc::clone(safety));
         }
         let zones = self.zones.part(binding);
-        let limits = PredictionLimits::in_wind(params.uav, wind_m_s);
-        let safety = Arc::new(GeofenceSafety::new(zones, limits, params.log.period_s));
+        let airframe = Airframe::new(params.uav, wind_m_s);
+        let safety = Arc::new(GeofenceSafety::new(zones, airframe, params.log.period_s));
         if self.safety.len() == KEPT_MAX {
             self.safety.remove(0);
         }
@@ -75,8 +76,8 @@ impl TeamGeofence {
 mod tests {
     use super::*;
     use crate::frame::Position;
-    use crate::guidance::geofence::{Zone, ZoneKind};
     use crate::params::{AltitudePolicy, ClimbParams, LinkModel};
+    use crate::safety::geofence::{Zone, ZoneKind};
     use crate::uav::Vertical;
 
     /// Keep-out zones 100 m high, one above the other from the ground, each in another place.

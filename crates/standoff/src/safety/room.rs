@@ -6,7 +6,7 @@
 
 use crate::enclosing_circle::EnclosingCircle;
 use crate::frame::Displacement;
-use crate::guidance::geofence::{Geofence, ZoneKind};
+use crate::safety::geofence::{Geofence, ZoneKind};
 
 /// Maximum number of squares that are examined. Beyond it, a geofence counts as large enough.
 const SQUARES_MAX: usize = 50_000;
@@ -59,8 +59,8 @@ impl Geofence {
 mod tests {
     use super::*;
     use crate::frame::Position;
-    use crate::guidance::geofence::Zone;
     use crate::math;
+    use crate::safety::geofence::Zone;
 
     fn at(x_m: f64, y_m: f64) -> Position {
         Position::from_m(x_m, y_m)

@@ -9,11 +9,11 @@
 
 use crate::angle::Angle;
 use crate::frame::{Displacement, Position};
-use crate::guidance::geofence::{Geofence, Side, ZoneKind, cross, squared_between_m2, squared_to_side_m2};
-use crate::guidance::heading::{Orbit, OrbitRelativeState};
+use crate::guidance::heading::{Followed, Orbit, OrbitRelativeState};
 use crate::math;
 use crate::params::{GuidanceParams, UavParams};
-use crate::uav::{Command, UavState};
+use crate::safety::geofence::{Geofence, Side, ZoneKind, cross, squared_between_m2, squared_to_side_m2};
+use crate::uav::UavState;
 
 /// Distance at which corners are passed, m.
 const PASSING_M: f64 = 40.0;
@@ -61,7 +61,7 @@ pub(crate) struct DetourPlanner {
 /// Command that replaces a blocked one.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Detour {
-    pub(crate) command: Command,
+    pub(crate) followed: Followed,
     /// Index of the blocking zone.
     pub(crate) zone: usize,
 }
@@ -174,21 +174,20 @@ impl DetourPlanner {
         }
         let PathAhead::Blocked(zone, free) = self.ahead(guidance, own, orbit, speed_m_s, &sides) else { return None };
         if let Some(to) = free {
-            return Some(Detour { command: self.towards(own, to, speed_m_s), zone });
+            return Some(Detour { followed: self.towards(own, to, speed_m_s), zone });
         }
         for wider in WIDER.iter().map(|wider| wider * orbit.distance_m).filter(|radius_m| *radius_m <= largest_m) {
             let mut orbit = *orbit;
             (orbit.distance_m, orbit.steered.radius_m) = (wider, wider);
-            let command = match self.ahead(guidance, own, &orbit, speed_m_s, &sides) {
+            let followed = match self.ahead(guidance, own, &orbit, speed_m_s, &sides) {
                 PathAhead::Clear => {
-                    let steering = OrbitRelativeState::of(guidance, own.position, &orbit)
-                        .steer(guidance, &self.uav, own, speed_m_s);
-                    Command { speed_m_s, turn_rate_rad_s: steering.turn_rate_rad_s }
+                    let on_orbit = OrbitRelativeState::of(guidance, own.position, &orbit);
+                    on_orbit.follow(guidance, &self.uav, own, speed_m_s)
                 }
                 PathAhead::Blocked(_, Some(to)) => self.towards(own, to, speed_m_s),
                 PathAhead::Blocked(_, None) => continue,
             };
-            return Some(Detour { command, zone });
+            return Some(Detour { followed, zone });
         }
         // No part of any orbit is free: stay as close to the centre as possible.
         let off_m = 0.5 * self.circle_m();
@@ -205,7 +204,7 @@ impl DetourPlanner {
             let squared_m2 = |at: &Position| at.squared_distance_m2(orbit.centre);
             squared_m2(a).total_cmp(&squared_m2(b))
         });
-        nearest.map(|to| Detour { command: self.towards(own, to, speed_m_s), zone })
+        nearest.map(|to| Detour { followed: self.towards(own, to, speed_m_s), zone })
     }
 
     fn is_free(&self, at: Position, sides: &[Side]) -> bool {
@@ -273,8 +272,8 @@ impl DetourPlanner {
         blocked.map_or(PathAhead::Clear, |zone| PathAhead::Blocked(zone, None))
     }
 
-    /// Command that turns to the first waypoint on the path to a position.
-    fn towards(&self, own: &UavState, to: Position, speed_m_s: f64) -> Command {
+    /// Guidance to the first waypoint on the path to a position.
+    fn towards(&self, own: &UavState, to: Position, speed_m_s: f64) -> Followed {
         let waypoint = self.first(own.position, to).unwrap_or(to);
         let to_waypoint = waypoint - own.position;
         let error_rad = (to_waypoint.direction() - own.heading).rad();
@@ -282,7 +281,7 @@ impl DetourPlanner {
         let is_too_near = error_rad.abs() > 0.8 && to_waypoint.length_m() < 2.0 * self.circle_m();
         let [slowest_m_s, _] = self.uav.speeds_m_s();
         let speed_m_s = if is_too_near { slowest_m_s.max(0.7 * self.uav.speed_m_s) } else { speed_m_s };
-        Command { speed_m_s, turn_rate_rad_s: error_rad * TURN_GAIN_1_S }
+        Followed::straight(own, to_waypoint.direction(), speed_m_s, TURN_GAIN_1_S)
     }
 
     /// Minimum turn radius at nominal speed, m.
@@ -318,14 +317,14 @@ fn is_clear(from: Position, to: Position, sides: &[Side], clearance_m: f64) -> b
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bank::Motion;
     use crate::frame::Velocity;
-    use crate::guidance::geofence::Zone;
-    use crate::guidance::geofence_safety::GeofenceSafety;
-    use crate::guidance::heading::steer;
     use crate::guidance::standoff_distance::Ramp;
     use crate::params::TeamParams;
+    use crate::safety::geofence::Zone;
+    use crate::safety::motion::Motion;
+    use crate::safety::zones::GeofenceSafety;
     use crate::time::Duration;
+    use crate::uav::Command;
 
     fn zone(kind: ZoneKind, corners: &[(f64, f64)]) -> Zone {
         let outline = corners.iter().map(|(x_m, y_m)| Position::from_m(*x_m, *y_m)).collect();
@@ -345,7 +344,7 @@ mod tests {
 
     fn fly(zones: Vec<Zone>, from: (f64, f64)) -> Flown {
         let params = TeamParams::paper();
-        let geofence_safety = GeofenceSafety::new(Geofence::new(zones).unwrap(), params.ground_limits(), 0.5);
+        let geofence_safety = GeofenceSafety::new(Geofence::new(zones).unwrap(), params.airframe(), 0.5);
         let ramp = Ramp { radius_m: 300.0, rate_m_s: 0.0 };
         let orbit = Orbit {
             centre: Position::ORIGIN,
@@ -357,14 +356,17 @@ mod tests {
         let response = params.uav.response(Duration::from_s(0.5));
         let position = Position::from_m(from.0, from.1);
         let mut state = UavState::level_flight(position, Angle::ZERO, 40.0);
-        assert!(geofence_safety.is_safe(&state));
+        assert!(geofence_safety.is_safe(&Motion::steady(&params.uav, &state)));
         let mut flown = Flown { on_orbit_fraction: 0.0, furthest_m: 0.0, turned_back: 0 };
         for step in 0..1200 {
-            let steering = steer(&params.guidance, &params.uav, &state, &orbit, 40.0);
-            let desired = Command { speed_m_s: 40.0, turn_rate_rad_s: steering.turn_rate_rad_s };
+            let on_orbit = OrbitRelativeState::of(&params.guidance, state.position, &orbit);
             let detour = geofence_safety.detours.detour(&params.guidance, &state, &orbit, 40.0, 700.0);
-            let desired = params.uav.limit(detour.map_or(desired, |detour| detour.command)).command;
-            let (command, _) = geofence_safety.make_safe(&Motion::steady(&params.uav, &state), desired);
+            let on_orbit = || on_orbit.follow(&params.guidance, &params.uav, &state, 40.0);
+            let followed = detour.map_or_else(on_orbit, |detour| detour.followed);
+            let turn_rate_rad_s = followed.course_rate_rad_s();
+            let desired = Command { speed_m_s: followed.guidance.speed_m_s, turn_rate_rad_s };
+            let desired = params.uav.limit(desired).command;
+            let (command, _) = geofence_safety.make_safe(&Motion::steady(&params.uav, &state), desired, None);
             state = response.step(&state, command);
             assert!(geofence_safety.geofence().contains(state.position), "step {step}: {state:?}");
             if step >= 600 {
