@@ -83,9 +83,12 @@ pub(crate) struct Args {
     /// Address of a running SUMO simulation (TraCI) with targets: cues and simulated detections of its vehicles.
     #[arg(long, value_name = "HOST:PORT")]
     sumo: Option<String>,
-    /// Lowest and highest altitude above home that is commanded, m; in addition to the vehicle's fence.
-    #[arg(long, value_name = "MIN,MAX", default_value = "60,300", value_parser = altitudes)]
-    altitude: [f64; 2],
+    /// Lowest and highest altitude above home that is commanded, m; in addition to the vehicle's fence [default: 60 to 300, or further to the altitudes of the team].
+    #[arg(long, value_name = "MIN,MAX", value_parser = altitudes)]
+    altitude: Option<[f64; 2]>,
+    /// Engage even if GUIDED was selected before this program started. Otherwise the pilot must select GUIDED again, because the pilot may fly in it after a restart.
+    #[arg(long)]
+    engage_after_restart: bool,
     /// Steer by roll targets, which the autopilot releases 3 s after the last one, or by course commands, which it keeps for ever.
     #[arg(long, value_enum, default_value_t = SteerBy::Roll)]
     steer: SteerBy,
@@ -112,6 +115,9 @@ pub(crate) struct Args {
     set: Vec<String>,
 }
 
+/// Altitudes above home that are commanded at least, m.
+const ALTITUDES_M: [f64; 2] = [60.0, 300.0];
+
 /// Length of a flight that ends when the user ends it, s. A finished record has the length of the flight.
 const LENGTH_MAX_S: u32 = 86_400;
 
@@ -129,7 +135,9 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     if let Some((id, _)) = args.teammate.iter().find(|(id, _)| *id == args.uav) {
         return Err(Failure::Input(format!("--teammate {id}=...: is the id of this UAV; give each UAV another --uav")));
     }
+    let team = args.teammate.iter().map(|(id, _)| *id).chain([args.uav]);
     let config = Config {
+        altitude_m: args.altitude.unwrap_or_else(|| default_altitudes_m(&params, team.map(UavId))),
         params,
         geofence: scenario.settings.geofence.clone(),
         uav: UavId(args.uav),
@@ -137,11 +145,11 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         system_id: args.system_id,
         plane,
         teammates: args.teammate.iter().map(|(id, _)| UavId(*id)).collect(),
-        altitude_m: args.altitude,
         steer: match args.steer {
             SteerBy::Roll => Steer::Roll,
             SteerBy::Course => Steer::Course,
         },
+        engages_after_restart: args.engage_after_restart,
     };
     let devices = Devices {
         link: args.link.clone(),
@@ -173,7 +181,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     };
     let add = &mut |frame| recorder.add(frame);
     let flown = run_until(config, &devices, interruption.flag(), duration, &mut note, add).map_err(failure);
-    // The record is completed also if the link to the autopilot is lost.
+    // The record is completed also after a failure.
     let of_flight = |length_s| {
         let scenario = of_length(&template, length_s).and_then(|scenario| scenario.resolved());
         scenario.map_err(|error| error.to_string())
@@ -275,6 +283,11 @@ fn pair(text: &str) -> Result<[f64; 2], String> {
     numbers.ok_or_else(error)?.try_into().map_err(|_| error())
 }
 
+/// Altitudes that are commanded without `--altitude`, m: those of the team are among them.
+fn default_altitudes_m(params: &TeamParams, team: impl Iterator<Item = UavId>) -> [f64; 2] {
+    team.map(|uav| params.initial_altitude_m(uav)).fold(ALTITUDES_M, |[min_m, max_m], m| [min_m.min(m), max_m.max(m)])
+}
+
 fn altitudes(text: &str) -> Result<[f64; 2], String> {
     let [min_m, max_m] = pair(text)?;
     if (20.0..=20_000.0).contains(&min_m) && (min_m..=20_000.0).contains(&max_m) {
@@ -289,4 +302,21 @@ fn teammate(text: &str) -> Result<(u32, String), String> {
         address.contains(':').then(|| (id, address.to_owned()))
     });
     parsed.ok_or_else(|| format!("`{text}`: must be ID=HOST:PORT, for example 1=127.0.0.1:47901"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_altitudes_of_the_team_are_commanded_by_default() {
+        let params = TeamParams { link: LinkModel::Lossy, ..TeamParams::recommended() };
+        for (ids, expected_m) in [(vec![0], [60.0, 300.0]), (vec![0, 1], [60.0, 350.0]), (vec![5, 2], [60.0, 550.0])] {
+            let altitudes_m = default_altitudes_m(&params, ids.iter().map(|id| UavId(*id)));
+            assert_eq!(altitudes_m, expected_m, "{ids:?}");
+        }
+        let mut params = params;
+        params.group.altitude_lowest_m = 40.0;
+        assert_eq!(default_altitudes_m(&params, [UavId(0)].into_iter()), [40.0, 300.0]);
+    }
 }

@@ -18,10 +18,12 @@ pub const GUIDED: u32 = 15;
 const ROLL_ONLY: u8 = 0xC6;
 
 /// Messages requested from the autopilot: id and period, us.
-pub const INTERVALS: [(u32, u32); 7] = [
+pub const INTERVALS: [(u32, u32); 9] = [
     (30, 50_000),     // ATTITUDE
     (33, 100_000),    // GLOBAL_POSITION_INT
     (74, 100_000),    // VFR_HUD
+    (24, 500_000),    // GPS_RAW_INT
+    (193, 500_000),   // EKF_STATUS_REPORT
     (245, 500_000),   // EXTENDED_SYS_STATE
     (168, 500_000),   // WIND
     (242, 5_000_000), // HOME_POSITION
@@ -51,6 +53,12 @@ pub fn roll(system_id: u8, roll_rad: f64) -> MavMessage {
         type_mask: AttitudeTargetTypemask::from_bits_retain(ROLL_ONLY),
         ..SET_ATTITUDE_TARGET_DATA::default()
     })
+}
+
+/// Roll of a target made by [`roll`], rad.
+pub fn roll_of(target: &SET_ATTITUDE_TARGET_DATA) -> f64 {
+    let [cos, sin, _, _] = target.q.map(f64::from);
+    2.0 * math::atan2(sin, cos)
 }
 
 /// Command of a course over ground, rad clockwise from north, which the autopilot keeps until the next command.

@@ -4,11 +4,12 @@ use mavlink::MavHeader;
 use mavlink::dialects::ardupilotmega::{MavCmd, MavMessage};
 use standoff::{
     Agent, AgentOutput, Angle, BankParams, Command, Cue, Duration, Geofence, Message, Observation, ParamError, Scan,
-    Time, UavState, Wind, wire,
+    Time, UavId, UavState, Wind, wire,
 };
 use standoff_record::Frame;
 
-use crate::authority::{Authority, Inputs, Permission, State};
+use crate::authority::{Authority, Condition, Inputs, Permission, STALE, State, StopReason, TELEMETRY_STALE};
+use crate::command;
 use crate::config::{Config, Steer};
 use crate::feed::{FeedCue, FeedError, FeedLine, FeedScan};
 use crate::flight_commands::FlightCommands;
@@ -16,6 +17,8 @@ use crate::flight_rows::{FlightRows, Observed};
 use crate::parameters::Parameters;
 use crate::requests::Requests;
 use crate::scan_alignment::aligned;
+use crate::team_clock::TeamClock;
+use crate::uplink::Uplink;
 use crate::vehicle::Vehicle;
 
 /// Usual period of the commands to the autopilot, which is that of its positions.
@@ -27,6 +30,9 @@ const LATE: Duration = Duration::from_us(250_000);
 /// Share of the turn rate of a coordinated turn at which ArduPlane airframes with stock parameters turn, measured in its
 /// simulator.
 const STOCK_TURN_FACTOR: f64 = 0.72;
+
+/// Longest time for which the last turn is held. It begins when telemetry is older than [`STALE`].
+const TELEMETRY_HELD_MAX: Duration = Duration::from_us(TELEMETRY_STALE.us() - STALE.us());
 
 /// Maximum number of cues kept until the next time step.
 const CUES_MAX: usize = 1000;
@@ -50,7 +56,11 @@ pub struct Companion {
     pub vehicle: Vehicle,
     authority: Authority,
     commands: FlightCommands,
-    requests: Requests,
+    uplink: Uplink,
+    /// Since when the last turn is held, because telemetry is missing.
+    held_since: Option<Time>,
+    pub(crate) requests: Requests,
+    clock: TeamClock,
     scan: Option<(Time, FeedScan)>,
     /// Last boresight of the sensor.
     boresight: Option<Angle>,
@@ -58,6 +68,8 @@ pub struct Companion {
     feed_at: Option<Time>,
     target_at: Option<Time>,
     step_at: Option<Time>,
+    /// Time of the last roll that was compared with the roll targets.
+    roll_at: Option<Time>,
     /// Newest observation, and whether the agent has decided since.
     observation: Option<(Observation, bool)>,
     /// What was observed, for the record.
@@ -65,6 +77,8 @@ pub struct Companion {
     rows: FlightRows,
     /// Last decision.
     pub output: AgentOutput,
+    /// Time of the observation of the last decision.
+    decided_for: Time,
     /// Number of received datagrams of teammates that are not valid messages.
     pub damaged: u32,
     inputs: Inputs,
@@ -87,19 +101,24 @@ impl Companion {
         let mut companion = Self {
             agent,
             vehicle: Vehicle::new(config.system_id, config.plane),
-            authority: Authority::default(),
+            authority: Authority::new(config.engages_after_restart),
             commands: FlightCommands::new(&config),
+            uplink: Uplink::default(),
+            held_since: None,
             requests: Requests::default(),
+            clock: TeamClock::default(),
             scan: None,
             boresight: None,
             cues: Vec::new(),
             feed_at: None,
             target_at: None,
             step_at: None,
+            roll_at: None,
             observation: None,
             seen: None,
             rows: FlightRows::default(),
             output: AgentOutput::command_only(straight),
+            decided_for: Time::default(),
             damaged: 0,
             inputs: Inputs::NOTHING,
             fence: Err("not received from the autopilot".to_owned()),
@@ -107,7 +126,7 @@ impl Companion {
             is_leaving: false,
             config,
         };
-        companion.inputs = companion.inputs();
+        companion.inputs = companion.inputs(Time::default());
         Ok(companion)
     }
 
@@ -176,6 +195,24 @@ impl Companion {
         }
     }
 
+    /// Takes over the time of the computer's clock at `now`, from which the team's time follows. Without a call, the team's
+    /// time is that of this program.
+    pub fn hear_clock(&mut self, now: Time, clock: Time) {
+        self.clock.hear(now, clock, self.authority.state() == State::Waiting);
+    }
+
+    /// Time by which the computer's clock was set since commands began, positive if forward; `None` if it was not set.
+    pub fn clock_step(&self) -> Option<Duration> {
+        self.clock.is_set().then(|| self.clock.error())
+    }
+
+    /// What has shown that commands do not arrive or are not followed, if the commands have stopped for this reason.
+    pub fn uplink_failure(&self) -> Option<&'static str> {
+        let reason = StopReason::Failed(Condition::Uplink);
+        let is_reason = matches!(self.authority.state(), State::Stopped { reason: stated, .. } if stated == reason);
+        self.uplink.failure().filter(|_| is_reason)
+    }
+
     /// Ends the commands with a request to circle, and announces to the teammates that this UAV leaves the team.
     pub fn leave(&mut self) {
         self.agent.leave();
@@ -192,36 +229,60 @@ impl Companion {
         let mut outgoing = Outgoing::default();
         self.update_fence();
         self.run_agent(now, &mut outgoing);
-        self.inputs = self.inputs();
+        let since_last = self.step_at.map_or(STEP, |step_at| now - step_at);
+        self.watch(now, since_last);
+        self.inputs = self.inputs(now);
         // The first step counts as on time.
         self.inputs.step_at = Some(self.step_at.unwrap_or(now));
         let was_engaged = self.authority.state() == State::Engaged;
         let permission = self.authority.step(now, &self.inputs);
-        let since_last = self.step_at.map_or(STEP, |step_at| now - step_at);
         self.requests.append(now, &mut self.vehicle, &mut outgoing.mavlink);
         let limits = self.vehicle.parameters.limits().ok();
         match (permission, limits) {
             (Permission::Confirm, Some(limits)) => {
-                self.vehicle.forget_answer();
+                self.vehicle.forget_answers();
                 outgoing.mavlink.push(FlightCommands::first(&self.vehicle, &limits, self.output.command));
             }
             (Permission::Command, Some(limits)) => {
                 if !was_engaged {
                     self.commands.start(now, &self.vehicle);
+                    self.uplink = Uplink::default();
                 }
-                let decided_at = self.observation.map_or(now, |(observation, _)| observation.time());
-                let steps = [since_last, now - decided_at].map(|time| time.s());
-                let commands = self.commands.step(now, steps, &self.vehicle, &limits, &self.output);
+                let mut commands = if self.held_since.is_some() {
+                    self.held_turn()
+                } else {
+                    let steps = [since_last, now - self.decided_for].map(|time| time.s());
+                    self.commands.step(now, steps, &self.vehicle, &limits, &self.output)
+                };
+                self.uplink.send(now, &mut commands);
                 outgoing.mavlink.extend(commands);
             }
             (Permission::SafeOrbit, _) => {
-                self.vehicle.forget_answer();
+                self.vehicle.forget_answers();
                 outgoing.mavlink.extend(self.commands.safe_orbit(&self.vehicle));
             }
             _ => {}
         }
         self.step_at = Some(now);
         outgoing
+    }
+
+    /// Takes in what has arrived since the last step about the uplink, and whether telemetry is missing.
+    fn watch(&mut self, now: Time, since_last: Duration) {
+        let is_engaged = self.authority.state() == State::Engaged;
+        let is_answered = self.vehicle.take_answered();
+        let roll = self.vehicle.roll.filter(|(at, _)| self.roll_at.replace(*at) != Some(*at));
+        if is_engaged {
+            self.uplink.hear(since_last, is_answered, roll.map(|(_, roll_rad)| roll_rad));
+        }
+        let is_late = self.vehicle.telemetry_at().is_none_or(|at| now - at > STALE);
+        self.held_since = (is_engaged && is_late).then(|| self.held_since.unwrap_or(now));
+    }
+
+    /// The last roll target again. A course needs no repetition, because the autopilot keeps it.
+    fn held_turn(&self) -> Vec<MavMessage> {
+        let roll_rad = self.uplink.last_roll_rad();
+        roll_rad.map(|roll_rad| command::roll(self.vehicle.system_id(), roll_rad)).into_iter().collect()
     }
 
     /// Passes the zones of the vehicle's fence to the agent if they have changed.
@@ -248,7 +309,8 @@ impl Companion {
             self.decide(now, &observation, outgoing);
         }
         let period = Duration::from_s(self.config.params.log.period_s);
-        let begun_at = Time::from_us(now.us().div_euclid(period.us()) * period.us());
+        let team_us = self.clock.team(now).us();
+        let begun_at = self.clock.own(Time::from_us(team_us.div_euclid(period.us()) * period.us()));
         let is_new = self.step_at.is_none_or(|step_at| step_at < begun_at);
         let Some(own) = self.vehicle.state(begun_at).filter(|_| is_new && now - begun_at < LATE) else { return };
         let observation = self.observe(now, begun_at, &own, outgoing);
@@ -269,11 +331,12 @@ impl Companion {
         // On the ground, the UAV only listens: a teammate that reports counts as one that flies.
         let scan = Scan { boresight, detections: &detections };
         let is_airborne = self.vehicle.is_airborne();
-        let observation = self.agent.observe(begun_at, own, is_airborne.then_some(scan));
+        let observation = self.agent.observe(self.clock.team(begun_at), own, is_airborne.then_some(scan));
         if let Some(air) = self.vehicle.air_velocity(begun_at).filter(|_| is_airborne) {
             self.agent.observe_air(&observation, &air);
         }
-        for traffic in self.vehicle.take_traffic() {
+        for mut traffic in self.vehicle.take_traffic() {
+            traffic.time = self.clock.team(traffic.time);
             self.agent.receive(&observation, &Message::Traffic(traffic));
         }
         outgoing.teammates.extend(self.agent.outbox(&observation).iter().flat_map(wire::encode));
@@ -282,10 +345,10 @@ impl Companion {
             let Ok(position) = self.config.plane.position(latitude_deg, longitude_deg) else { continue };
             let cue = Message::Cue(Cue {
                 source: self.config.uav.0,
-                issued_at: begun_at,
+                issued_at: observation.time(),
                 sequence,
                 label: cue.label,
-                time: at.min(now),
+                time: self.clock.team(at.min(now)),
                 position,
                 velocity: cue.velocity,
                 position_sd_m: cue.position_sd_m,
@@ -300,6 +363,7 @@ impl Companion {
 
     fn decide(&mut self, now: Time, observation: &Observation, outgoing: &mut Outgoing) {
         self.output = self.agent.decide(observation);
+        self.decided_for = self.clock.own(observation.time());
         self.observation = Some((*observation, true));
         outgoing.frame =
             self.seen.take().map(|seen| self.rows.frame(&seen, &self.agent, &self.output, self.authority.state()));
@@ -310,6 +374,25 @@ impl Companion {
         if self.agent.is_time_jump() {
             self.agent.reset();
         }
+    }
+
+    /// Ids of UAVs, of this one and its teammates, that would fly at less than the minimum difference of altitude because
+    /// of `--altitude` and the fence, and their altitudes, m.
+    pub fn shared_altitudes(&self) -> Option<[(UavId, f64); 2]> {
+        let params = &self.config.params;
+        let [min_m, max_m] = self.commands.altitude_limits_m(&self.vehicle);
+        let ids = self.config.teammates.iter().chain([&self.config.uav]);
+        let mut altitudes: Vec<(UavId, f64, f64)> = ids
+            .map(|uav| (*uav, params.initial_altitude_m(*uav)))
+            .map(|(uav, altitude_m)| (uav, altitude_m, altitude_m.max(min_m).min(max_m)))
+            .collect();
+        altitudes.sort_by(|(a_uav, a_m, _), (b_uav, b_m, _)| a_m.total_cmp(b_m).then(a_uav.cmp(b_uav)));
+        let is_shared = |a: &(UavId, f64, f64), b: &(UavId, f64, f64)| {
+            let vertical_min_m = params.separation.map_or(f64::INFINITY, |separation| separation.vertical_min_m);
+            b.2 - a.2 < vertical_min_m.min(b.1 - a.1)
+        };
+        let shared = altitudes.windows(2).find(|pair| is_shared(&pair[0], &pair[1]))?;
+        Some([(shared[0].0, shared[0].2), (shared[1].0, shared[1].2)])
     }
 
     /// The first parameter of the autopilot that is missing or implausible.
@@ -338,7 +421,9 @@ impl Companion {
         is_engaged || self.vehicle.position.is_some_and(|position| fence.contains(position.position))
     }
 
-    fn inputs(&self) -> Inputs {
+    fn inputs(&self, now: Time) -> Inputs {
+        let is_engaged = self.authority.state() == State::Engaged;
+        let may_hold = self.held_since.is_none_or(|at| now - at < TELEMETRY_HELD_MAX);
         let heartbeat = self.vehicle.heartbeat;
         let reports = self.config.teammates.iter().map(|teammate| self.agent.last_report_at(*teammate));
         let answered = match self.authority.state() {
@@ -349,9 +434,11 @@ impl Companion {
         Inputs {
             heartbeat_at: heartbeat.map(|heartbeat| heartbeat.at),
             telemetry_at: self.vehicle.telemetry_at(),
+            telemetry_age_max: if is_engaged && may_hold { TELEMETRY_STALE } else { STALE },
+            navigation_at: self.vehicle.navigation_at(),
             feed_at: self.feed_at,
             target_at: self.target_at,
-            teammates_at: reports.min().flatten(),
+            teammates_at: reports.min().flatten().map(|at| self.clock.own(at)),
             teammate_timeout: Duration::from_s(self.config.params.teammate_timeout_s),
             has_teammates: !self.config.teammates.is_empty(),
             step_at: self.step_at,
@@ -361,6 +448,8 @@ impl Companion {
             is_airborne: self.vehicle.is_airborne(),
             has_parameters: self.parameter_error().is_none(),
             has_fence: self.fence.as_ref().is_ok_and(|fence| self.is_inside(fence)),
+            has_uplink: !is_engaged || self.uplink.failure().is_none(),
+            has_clock: !self.clock.is_set(),
             is_leaving: self.is_leaving,
             is_accepted: answered.and_then(|command| self.vehicle.answer(command)),
         }

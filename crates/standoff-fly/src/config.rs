@@ -34,4 +34,6 @@ pub struct Config {
     pub altitude_m: [f64; 2],
     /// How the aircraft is steered.
     pub steer: Steer,
+    /// GUIDED in the first heartbeat counts as the pilot's selection, so a program that restarts in flight engages again.
+    pub engages_after_restart: bool,
 }

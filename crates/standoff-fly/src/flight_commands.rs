@@ -161,7 +161,7 @@ impl FlightCommands {
     }
 
     /// Lowest and highest altitude that is commanded, m.
-    fn altitude_limits_m(&self, vehicle: &Vehicle) -> [f64; 2] {
+    pub(crate) fn altitude_limits_m(&self, vehicle: &Vehicle) -> [f64; 2] {
         let [min_m, max_m] = self.altitude_m;
         let floor_m = vehicle.parameters.fence_altitude_min_m().map_or(min_m, |m| min_m.max(m + FENCE_MARGIN_M));
         let ceiling_m = vehicle.parameters.fence_altitude_max_m().map_or(max_m, |m| max_m.min(m - FENCE_MARGIN_M));

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 const ROLL_MARGIN_DEG: f64 = 5.0;
 
 /// Parameters that are read, with their names in older versions of ArduPlane.
-pub const NAMES: [&str; 18] = [
+pub const NAMES: [&str; 16] = [
     "ROLL_LIMIT_DEG",
     "LIM_ROLL_CD",
     "AIRSPEED_MIN",
@@ -16,14 +16,12 @@ pub const NAMES: [&str; 18] = [
     "WP_LOITER_RAD",
     "FS_GCS_ENABL",
     "FS_LONG_ACTN",
-    "FS_LONG_TIMEOUT",
     "FENCE_ENABLE",
     "FENCE_ACTION",
     "FENCE_TYPE",
     "FENCE_RADIUS",
     "FENCE_ALT_MAX",
     "FENCE_ALT_MIN",
-    "GUIDED_TIMEOUT",
     "GUIDED_P",
 ];
 
@@ -185,7 +183,7 @@ mod tests {
         }
         assert_eq!(old.limits(), Ok(limits));
         assert!(!old.missing().any(|name| name == "ROLL_LIMIT_DEG"));
-        assert_eq!((plane().missing().count(), Parameters::default().missing().count()), (11, NAMES.len()));
+        assert_eq!((plane().missing().count(), Parameters::default().missing().count()), (9, NAMES.len()));
     }
 
     #[test]

@@ -1,10 +1,13 @@
 //! Heartbeat, and requests of the messages and parameters that are missing.
 
+use std::collections::BTreeMap;
+
 use mavlink::dialects::ardupilotmega::MavMessage;
 use standoff::{Duration, Time};
 
 use crate::authority::STALE;
 use crate::command;
+use crate::parameters::Parameters;
 use crate::period::is_due;
 use crate::vehicle::Vehicle;
 
@@ -14,16 +17,21 @@ const PERIOD: Duration = Duration::from_us(1_000_000);
 /// Maximum number of parameters requested in a period, so that a slow radio is not flooded.
 const PARAMETERS: usize = 6;
 
+/// Number of times that a parameter is requested; the autopilot may not have it.
+pub(crate) const ATTEMPTS: u32 = 3;
+
 /// Period after which the message intervals are requested again, because the autopilot may have restarted.
 const INTERVALS_PERIOD: Duration = Duration::from_us(30_000_000);
 
 /// When what was requested last.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Requests {
     at: Option<Time>,
     intervals_at: Option<Time>,
-    /// Number of parameters requested so far.
-    parameters: usize,
+    /// Number of requests of each parameter.
+    attempts: BTreeMap<&'static str, u32>,
+    /// Last mode of the vehicle.
+    mode: Option<u32>,
 }
 
 impl Requests {
@@ -48,10 +56,27 @@ impl Requests {
             self.intervals_at = Some(now);
             to.extend(command::INTERVALS.map(|(id, period_us)| command::message_interval(system_id, id, period_us)));
         }
-        let missing: Vec<_> = vehicle.parameters.missing().collect();
-        for index in 0..PARAMETERS.min(missing.len()) {
-            to.push(command::read_parameter(system_id, missing[(self.parameters + index) % missing.len()]));
+        // Answers can be lost on the radio: another mode, selected by the pilot, starts again.
+        let mode = vehicle.heartbeat.map(|heartbeat| heartbeat.mode);
+        if mode != self.mode {
+            self.mode = mode;
+            self.attempts.clear();
         }
-        self.parameters = self.parameters.wrapping_add(PARAMETERS);
+        let mut missing: Vec<_> = vehicle.parameters.missing().filter(|name| !self.is_given_up(name)).collect();
+        missing.sort_by_key(|name| self.attempts.get(name).copied());
+        for name in missing.into_iter().take(PARAMETERS) {
+            *self.attempts.entry(name).or_default() += 1;
+            to.push(command::read_parameter(system_id, name));
+        }
+    }
+
+    /// True if a parameter is not requested any more.
+    fn is_given_up(&self, name: &str) -> bool {
+        self.attempts.get(name).is_some_and(|attempts| *attempts >= ATTEMPTS)
+    }
+
+    /// Parameters that the autopilot did not send, however often they were requested.
+    pub(crate) fn given_up<'a>(&'a self, parameters: &'a Parameters) -> impl Iterator<Item = &'static str> + 'a {
+        parameters.missing().filter(|name| self.is_given_up(name))
     }
 }

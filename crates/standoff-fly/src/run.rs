@@ -1,6 +1,6 @@
 //! The program with its devices: real time, sockets and status lines.
 
-use std::net::UdpSocket;
+use std::net::{SocketAddr, UdpSocket};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
@@ -10,14 +10,21 @@ use standoff_io::display_text;
 use standoff_record::Frame;
 
 use crate::address::LinkAddress;
-use crate::codec::{Codec, SigningKey};
+use crate::codec::{self, Codec, SigningKey};
 use crate::companion::{Companion, Outgoing};
 use crate::config::Config;
 use crate::cot::CotSender;
+use crate::period::is_due;
 use crate::status;
 use crate::sumo::Sumo;
 use crate::time_stamps::{self, Saver};
 use crate::transport::{Input, Inputs, Link, Radio, Received};
+
+/// Longest time between two clocks that are read at the same moment.
+const SAME_MOMENT_MAX: Duration = Duration::from_us(5_000);
+
+/// Period at which the same warning about a datagram is repeated.
+const WARNING_PERIOD: Duration = Duration::from_us(10_000_000);
 
 /// Zero of the team's time: 2026-01-01 00:00 UTC, seconds of UNIX time. It is fixed, so that all aircraft of a team, and
 /// programs that restart, have the same time steps.
@@ -83,33 +90,17 @@ pub fn run(
     let (plane, sensor, uav) = (config.plane, config.params.track.sensor, config.uav);
     let mut companion = Companion::new(config)
         .map_err(|errors| RunError::Input(errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")))?;
-    let at = |what: &str| {
-        let what = what.to_owned();
-        move |error: std::io::Error| RunError::Running(format!("{what}: {error}"))
-    };
     let inputs = Inputs::new();
-    let mut devices_open = Open {
-        codec: Codec::new(system_id, devices.signing.as_ref()),
-        link: Link::open(&devices.link, &inputs, Instant::now()).map_err(at(&devices.link.to_string()))?,
-        radio: Radio::open(&devices.listen, &devices.teammates, &inputs).map_err(at(&devices.listen))?,
-        wrong_lines: 0,
-    };
-    let mut saver = None;
-    if let Some(file) = &devices.time_stamps {
-        let shown = display_text::path(file);
-        let known = time_stamps::read(file).map_err(|error| RunError::Input(format!("{shown}: {error}")))?;
-        devices_open.codec.restore(&known);
-        saver = Some(Saver::start(file.clone()).map_err(at(&shown))?);
+    let mut open = Open::new(system_id, devices, &inputs)?;
+    if devices.signing.is_some() && codec::clock_stamp() == 0 {
+        report(CLOCK_WARNING);
     }
-    let feed = UdpSocket::bind(&devices.feed).map_err(at(&devices.feed))?;
-    inputs.listen(Input::Feed, &feed).map_err(at(&devices.feed))?;
-
     let connect = |address: &String| Sumo::connect(address, uav.0 + 1, plane, sensor).map_err(at(address));
     let mut sumo = devices.sumo.as_ref().map(connect).transpose()?;
     let open_cot = |to: &String| CotSender::open(to, plane, EPOCH_UNIX_S).map_err(at(to));
     let mut cot = devices.cot.as_ref().map(open_cot).transpose()?;
 
-    let clock = Clock;
+    let clock = Clock { begun: Instant::now() };
     let begun_at = clock.now();
     let mut leaves_at: Option<Time> = None;
     let mut status = status::Reporter::default();
@@ -122,23 +113,14 @@ pub fn run(
         }
         if let Some(left_at) = leaves_at {
             let is_over = now - left_at >= if companion.awaits_answer() { LEAVE_MAX } else { LEAVE };
-            if is_over || now < left_at {
-                let saved = saver.map(|saver| saver.finish(devices_open.codec.time_stamps()));
+            if is_over {
+                let saved = open.saver.map(|saver| saver.finish(open.codec.time_stamps()));
                 return saved.unwrap_or(Ok(())).map_err(at("time stamps of signed frames"));
             }
         }
-        // A position calls for a command immediately; without positions, the longest time passes.
-        let known_at = position_at(&companion);
-        for _ in 0..INPUTS_MAX {
-            let is_known = position_at(&companion) == known_at;
-            let due_at = now + if is_known { STEP_MAX } else { STEP_MIN };
-            let left_us = (due_at - clock.now()).us().clamp(0, STEP_MAX.us());
-            if left_us == 0 {
-                break;
-            }
-            if let Some(received) = inputs.next(std::time::Duration::from_micros(left_us as u64)) {
-                devices_open.pass_on(&clock, received, &mut companion, report)?;
-            }
+        open.receive(&clock, &inputs, &mut companion, report);
+        if let Some((at, wall)) = clock.with_wall() {
+            companion.hear_clock(at, wall);
         }
         let now = clock.now();
         if let Some(sumo) = &mut sumo {
@@ -148,11 +130,11 @@ pub fn run(
         }
         let Outgoing { mavlink, teammates, frame } = companion.step(now);
         for message in &mavlink {
-            let frame = devices_open.codec.encode(message);
-            devices_open.link.send(&frame).map_err(at(&devices.link.to_string()))?;
+            let frame = open.codec.encode(message);
+            open.link.send(&frame);
         }
-        saver.iter_mut().for_each(|saver| saver.update(now, devices_open.codec.time_stamps()));
-        teammates.iter().for_each(|datagram| devices_open.radio.send(datagram));
+        open.saver.iter_mut().for_each(|saver| saver.update(now, open.codec.time_stamps()));
+        teammates.iter().for_each(|datagram| open.radio.send(datagram));
         if let Some(frame) = frame {
             cot.iter_mut().for_each(|cot| cot.send(&frame));
             record(frame);
@@ -171,24 +153,72 @@ struct Open {
     codec: Codec,
     link: Link,
     radio: Radio,
+    /// Saves the time stamps of signed frames.
+    saver: Option<Saver>,
+    system_id: u8,
     /// Number of wrong lines of the feed.
     wrong_lines: u32,
+    /// Last warning about a second vehicle.
+    doubled_at: Option<Time>,
+}
+
+/// Warning about a clock that gives no time stamps.
+const CLOCK_WARNING: &str = "warning: the clock of this computer is before 2015, where the time stamps of signed frames \
+                             begin: the autopilot may drop all frames; set the clock and start again";
+
+/// A function that adds to an error of a device which one it is.
+fn at(what: &str) -> impl Fn(std::io::Error) -> RunError {
+    let what = what.to_owned();
+    move |error| RunError::Running(format!("{what}: {error}"))
 }
 
 impl Open {
+    fn new(system_id: u8, devices: &Devices, inputs: &Inputs) -> Result<Self, RunError> {
+        let mut codec = Codec::new(system_id, devices.signing.as_ref());
+        let link = Link::open(&devices.link, inputs, Instant::now()).map_err(at(&devices.link.to_string()))?;
+        let radio = Radio::open(&devices.listen, &devices.teammates, inputs).map_err(at(&devices.listen))?;
+        let mut saver = None;
+        if let Some(file) = &devices.time_stamps {
+            let shown = display_text::path(file);
+            let known = time_stamps::read(file).map_err(|error| RunError::Input(format!("{shown}: {error}")))?;
+            codec.restore(known);
+            saver = Some(Saver::start(file.clone()).map_err(at(&shown))?);
+        }
+        let feed = UdpSocket::bind(&devices.feed).map_err(at(&devices.feed))?;
+        inputs.listen(Input::Feed, &feed).map_err(at(&devices.feed))?;
+        Ok(Self { codec, link, radio, saver, system_id, wrong_lines: 0, doubled_at: None })
+    }
+
+    /// Receives until the next step is due.
+    fn receive(&mut self, clock: &Clock, inputs: &Inputs, companion: &mut Companion, report: &mut dyn FnMut(&str)) {
+        // A position calls for a command immediately; without positions, the longest time passes.
+        let (now, known_at) = (clock.now(), position_at(companion));
+        for _ in 0..INPUTS_MAX {
+            let is_known = position_at(companion) == known_at;
+            let due_at = now + if is_known { STEP_MAX } else { STEP_MIN };
+            let left_us = (due_at - clock.now()).us().clamp(0, STEP_MAX.us());
+            if left_us == 0 {
+                break;
+            }
+            if let Some(received) = inputs.next(std::time::Duration::from_micros(left_us as u64)) {
+                self.pass_on(clock, received, companion, report);
+            }
+        }
+    }
+
     /// Passes an input on to the companion.
-    fn pass_on(
-        &mut self,
-        clock: &Clock,
-        received: Received,
-        companion: &mut Companion,
-        report: &mut dyn FnMut(&str),
-    ) -> Result<(), RunError> {
+    fn pass_on(&mut self, clock: &Clock, received: Received, companion: &mut Companion, report: &mut dyn FnMut(&str)) {
         let Received { input, at, from, bytes } = received;
-        let bytes = bytes.map_err(|reason| RunError::Running(format!("link to the autopilot: {reason}")))?;
+        let bytes = match bytes {
+            Ok(bytes) => bytes,
+            Err(reason) => {
+                report(&format!("warning: link to the autopilot: {reason}; it is opened again"));
+                return;
+            }
+        };
         let now = clock.at(at);
         match input {
-            Input::Autopilot if !self.link.accepts(from, at) => {}
+            Input::Autopilot if !self.link.accepts(from, at) => self.warn_of_double(now, from, &bytes, report),
             Input::Autopilot => {
                 let mut is_vehicle = false;
                 let hear = |header, message| is_vehicle |= companion.receive(now, &header, &message);
@@ -196,8 +226,11 @@ impl Open {
                     Some(_) => self.codec.decode_datagram(&bytes, hear),
                     None => self.codec.decode_stream(&bytes, hear),
                 }
+                let is_behind = self.codec.take_behind();
                 if is_vehicle {
                     self.link.confirm(from, at);
+                } else if is_behind {
+                    self.link.answer(from);
                 }
             }
             Input::Feed => {
@@ -214,23 +247,49 @@ impl Open {
             Input::Teammates if self.radio.accepts(from) => companion.hear_teammate(&bytes),
             Input::Teammates => {}
         }
-        Ok(())
+    }
+
+    /// Warns of a heartbeat that the vehicle's system id, but not its address has.
+    fn warn_of_double(&mut self, now: Time, from: Option<SocketAddr>, bytes: &[u8], report: &mut dyn FnMut(&str)) {
+        let Some((from, peer)) = from.zip(self.link.peer()) else { return };
+        if codec::is_heartbeat(bytes, self.system_id) && is_due(self.doubled_at, now, WARNING_PERIOD) {
+            self.doubled_at = Some(now);
+            report(&format!(
+                "warning: heartbeats of system {} arrive from {peer} and from {from}: only those from the first address \
+                 count; give each vehicle another system id and port",
+                self.system_id
+            ));
+        }
     }
 }
 
-/// The team's time, from the clock of the machine.
-struct Clock;
+/// The time of this program, which is monotonic.
+struct Clock {
+    begun: Instant,
+}
 
 impl Clock {
     fn now(&self) -> Time {
+        self.at(Instant::now())
+    }
+
+    /// Time of a moment.
+    fn at(&self, moment: Instant) -> Time {
+        let us = moment.saturating_duration_since(self.begun).as_micros();
+        Time::from_us(i64::try_from(us).unwrap_or(i64::MAX))
+    }
+
+    /// A time of this program and the time of the computer's clock, as the team's time, at the same moment; `None` if the
+    /// program was interrupted between them.
+    fn with_wall(&self) -> Option<(Time, Time)> {
+        let (before, wall, after) = (self.now(), Self::wall(), self.now());
+        (after - before < SAME_MOMENT_MAX).then_some((before, wall))
+    }
+
+    /// The clock of the computer, as the team's time.
+    fn wall() -> Time {
         let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
         let unix_us = i64::try_from(since.as_micros()).unwrap_or(i64::MAX);
         Time::from_us(unix_us.saturating_sub(EPOCH_UNIX_S * 1_000_000))
-    }
-
-    /// Time of an earlier moment.
-    fn at(&self, moment: Instant) -> Time {
-        let age_us = i64::try_from(moment.elapsed().as_micros()).unwrap_or(i64::MAX);
-        Time::from_us(self.now().us().saturating_sub(age_us))
     }
 }

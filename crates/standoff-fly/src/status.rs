@@ -2,9 +2,10 @@
 
 use standoff::{Duration, Time};
 
-use crate::authority::State;
+use crate::authority::{STALE, State};
 use crate::companion::Companion;
 use crate::period::is_due;
+use crate::requests::ATTEMPTS;
 
 /// Period of the status lines.
 const PERIOD: Duration = Duration::from_us(1_000_000);
@@ -14,6 +15,8 @@ const PERIOD: Duration = Duration::from_us(1_000_000);
 pub(crate) struct Reporter {
     at: Option<Time>,
     has_warned: bool,
+    /// Last warnings about conditions that come and go, without repetition.
+    warned: Vec<String>,
 }
 
 impl Reporter {
@@ -25,9 +28,35 @@ impl Reporter {
         }
         if is_due(self.at, now, PERIOD) {
             self.at = Some(now);
+            let warnings = warnings(companion);
+            warnings.iter().filter(|text| !self.warned.contains(text)).for_each(|text| report(text));
+            self.warned = warnings;
             report(&line(now, companion));
         }
     }
+}
+
+/// Warnings about conditions that come and go.
+fn warnings(companion: &Companion) -> Vec<String> {
+    let mut warnings = Vec::new();
+    let given_up: Vec<_> = companion.requests.given_up(&companion.vehicle.parameters).collect();
+    if !given_up.is_empty() {
+        let names = given_up.join(", ");
+        warnings.push(format!("warning: the autopilot has not sent after {ATTEMPTS} requests: {names}"));
+    }
+    if let Some([(first, first_m), (second, second_m)]) = companion.shared_altitudes() {
+        warnings.push(format!(
+            "warning: --altitude and the fence make UAV {} fly at {first_m:.0} m and UAV {} at {second_m:.0} m: they are \
+             separated by turns only; change --altitude, FENCE_ALT_MAX, or groups.altitude_lowest_m in all scenarios",
+            first.0, second.0
+        ));
+    }
+    if companion.vehicle.is_doubled() {
+        let id = companion.vehicle.system_id();
+        warnings
+            .push(format!("warning: two vehicles with system id {id} send on one link; give each vehicle another one"));
+    }
+    warnings
 }
 
 /// Status line: authority, mode, orbit, ages of the links and what is waited for.
@@ -55,12 +84,25 @@ pub fn line(now: Time, companion: &Companion) -> String {
         Ok(_) if !inputs.has_fence => "; the aircraft is outside the fence of the vehicle".to_owned(),
         _ => String::new(),
     };
+    let notes = notes(companion);
     let wind = companion.wind_error().map_or_else(String::new, |error| format!("; {error}"));
     let orbit = orbit(companion);
     format!(
         "{state}; mode {mode}; {orbit}; age, s: heartbeat {heartbeat}, telemetry {telemetry}, feed {feed}, \
-         teammates {teammates}{waits}{parameters}{fence}{wind}"
+         teammates {teammates}{waits}{notes}{parameters}{fence}{wind}"
     )
+}
+
+/// Causes that the ages do not show.
+fn notes(companion: &Companion) -> String {
+    let vehicle = &companion.vehicle;
+    let late = vehicle.telemetry_delay().filter(|delay| *delay > STALE).map(|delay| {
+        format!("telemetry arrives {:.1} s late: the link or the clock of the autopilot is slow", delay.s())
+    });
+    let navigation = vehicle.navigation_error().filter(|_| vehicle.heartbeat.is_some());
+    let clock = companion.clock_step().map(|step| format!("the clock of this computer was set by {:+.1} s", step.s()));
+    let uplink = companion.uplink_failure().map(str::to_owned);
+    [late, navigation, clock, uplink].into_iter().flatten().map(|note| format!("; {note}")).collect()
 }
 
 /// Group, orbit error and angle between boresight and group.

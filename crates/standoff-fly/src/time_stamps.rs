@@ -32,7 +32,7 @@ const STREAMS_MAX: usize = 1_000;
 const FILE_MAX: u64 = 64 << 10;
 
 /// Largest time stamp: it has 48 bits.
-const STAMP_MAX: u64 = (1 << 48) - 1;
+pub(crate) const STAMP_MAX: u64 = (1 << 48) - 1;
 
 /// Reads the time stamps of the last session; none if there is no file.
 pub fn read(file: &Path) -> io::Result<TimeStamps> {

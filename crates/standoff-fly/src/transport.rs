@@ -2,9 +2,9 @@
 
 use std::io::{self, Read, Write};
 use std::net::{IpAddr, SocketAddr, TcpStream, ToSocketAddrs, UdpSocket};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -18,6 +18,9 @@ const POLL: Duration = Duration::from_millis(200);
 
 /// Time for which the vehicle's address must be silent before another address may replace it.
 const PEER_TIMEOUT: Duration = Duration::from_secs(5);
+
+/// Times to wait before a stream is opened again: at first, and at most.
+const REOPEN: [Duration; 2] = [Duration::from_millis(500), Duration::from_secs(5)];
 
 /// Time to wait for a TCP connection.
 const CONNECT_TIMEOUT: Duration = Duration::from_secs(5);
@@ -43,7 +46,7 @@ pub(crate) struct Received {
     pub(crate) at: Instant,
     /// Sender of a datagram; `None` for a stream.
     pub(crate) from: Option<SocketAddr>,
-    /// Bytes, or why the input has ended.
+    /// Bytes, or why there are none; the input is opened again.
     pub(crate) bytes: Result<Vec<u8>, String>,
 }
 
@@ -76,15 +79,34 @@ impl Inputs {
         })
     }
 
-    /// Starts a thread that receives a stream.
-    fn read(&self, input: Input, mut stream: impl Read + Send + 'static) -> io::Result<()> {
+    /// Starts a thread that receives a stream, and opens it again when it ends. Returns its writer.
+    fn read(&self, input: Input, open: impl Fn() -> io::Result<Stream> + Send + 'static) -> io::Result<Writer> {
+        let (mut reader, writer) = open()?;
+        let writer = Arc::new(Mutex::new(Some(writer)));
+        let shared = Arc::clone(&writer);
         let mut buffer = vec![0; 4096];
-        self.start(input, move || match stream.read(&mut buffer) {
-            Ok(0) => Err("the other side has closed the connection".to_owned()),
-            Ok(length) => Ok(Some((buffer[..length].to_vec(), None))),
-            Err(error) if is_timeout(&error) => Ok(None),
-            Err(error) => Err(error.to_string()),
-        })
+        let mut wait = None;
+        self.start(input, move || {
+            if let Some(time) = wait {
+                thread::sleep(time);
+                let Ok((again, writer)) = open() else {
+                    wait = Some((2 * time).min(REOPEN[1]));
+                    return Ok(None);
+                };
+                (reader, wait) = (again, None);
+                *shared.lock().unwrap_or_else(PoisonError::into_inner) = Some(writer);
+            }
+            let reason = match reader.read(&mut buffer) {
+                Ok(0) => "the other side has closed the connection".to_owned(),
+                Ok(length) => return Ok(Some((buffer[..length].to_vec(), None))),
+                Err(error) if is_timeout(&error) => return Ok(None),
+                Err(error) => error.to_string(),
+            };
+            *shared.lock().unwrap_or_else(PoisonError::into_inner) = None;
+            wait = Some(REOPEN[0]);
+            Err(reason)
+        })?;
+        Ok(writer)
     }
 
     fn start(
@@ -100,9 +122,8 @@ impl Inputs {
                     Ok(Some((bytes, from))) => (Ok(bytes), from),
                     Err(reason) => (Err(reason), None),
                 };
-                let is_end = bytes.is_err();
                 let sent = sender.try_send(Received { input, at: Instant::now(), from, bytes });
-                if is_end || matches!(sent, Err(TrySendError::Disconnected(_))) {
+                if matches!(sent, Err(TrySendError::Disconnected(_))) {
                     return;
                 }
             }
@@ -121,12 +142,19 @@ fn is_timeout(error: &io::Error) -> bool {
     matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut | io::ErrorKind::Interrupted)
 }
 
-/// Open link to the autopilot.
+/// Both sides of an open stream.
+type Stream = (Box<dyn Read + Send>, Box<dyn Write + Send>);
+
+/// Writer of a stream; `None` while the stream is not open.
+type Writer = Arc<Mutex<Option<Box<dyn Write + Send>>>>;
+
+/// Link to the autopilot.
 pub(crate) enum Link {
-    /// Datagrams; the peer is unknown until the vehicle has sent a valid message.
-    Udp { socket: UdpSocket, peer: Option<(SocketAddr, Instant)>, is_fixed: bool },
+    /// Datagrams; the peer is unknown until the vehicle has sent a valid message. Until then, frames go to the address
+    /// from which frames with the right key and old time stamps come.
+    Udp { socket: UdpSocket, peer: Option<(SocketAddr, Instant)>, behind: Option<SocketAddr>, is_fixed: bool },
     /// Bytes without boundaries.
-    Stream(Box<dyn Write>),
+    Stream(Writer),
 }
 
 impl Link {
@@ -137,28 +165,34 @@ impl Link {
             LinkAddress::UdpIn(local) => {
                 let socket = UdpSocket::bind(local.as_str())?;
                 inputs.listen(input, &socket)?;
-                Ok(Self::Udp { socket, peer: None, is_fixed: false })
+                Ok(Self::Udp { socket, peer: None, behind: None, is_fixed: false })
             }
             LinkAddress::UdpOut(remote) => {
                 let peer = resolve(remote)?;
                 let any: SocketAddr = if peer.is_ipv4() { ([0, 0, 0, 0], 0).into() } else { ([0u16; 8], 0).into() };
                 let socket = UdpSocket::bind(any)?;
                 inputs.listen(input, &socket)?;
-                Ok(Self::Udp { socket, peer: Some((peer, now)), is_fixed: true })
+                Ok(Self::Udp { socket, peer: Some((peer, now)), behind: None, is_fixed: true })
             }
             LinkAddress::Tcp(remote) => {
-                let stream = TcpStream::connect_timeout(&resolve(remote)?, CONNECT_TIMEOUT)?;
-                stream.set_nodelay(true)?;
-                stream.set_read_timeout(Some(POLL))?;
-                // A receiver that does not read must not stop the program.
-                stream.set_write_timeout(Some(Duration::from_millis(50)))?;
-                inputs.read(input, stream.try_clone()?)?;
-                Ok(Self::Stream(Box::new(stream)))
+                let remote = remote.clone();
+                let open = move || -> io::Result<Stream> {
+                    let stream = TcpStream::connect_timeout(&resolve(&remote)?, CONNECT_TIMEOUT)?;
+                    stream.set_nodelay(true)?;
+                    stream.set_read_timeout(Some(POLL))?;
+                    // A receiver that does not read must not stop the program.
+                    stream.set_write_timeout(Some(Duration::from_millis(50)))?;
+                    Ok((Box::new(stream.try_clone()?), Box::new(stream)))
+                };
+                inputs.read(input, open).map(Self::Stream)
             }
             LinkAddress::Serial(device, baud) => {
-                let port = serialport::new(device, *baud).timeout(POLL).open().map_err(io::Error::other)?;
-                inputs.read(input, port.try_clone().map_err(io::Error::other)?)?;
-                Ok(Self::Stream(Box::new(port)))
+                let (device, baud) = (device.clone(), *baud);
+                let open = move || -> io::Result<Stream> {
+                    let port = serialport::new(&device, baud).timeout(POLL).open()?;
+                    Ok((Box::new(port.try_clone()?), Box::new(port)))
+                };
+                inputs.read(input, open).map(Self::Stream)
             }
         }
     }
@@ -174,26 +208,41 @@ impl Link {
         }
     }
 
-    /// Makes the sender of a valid message of the vehicle the peer.
-    pub(crate) fn confirm(&mut self, from: Option<SocketAddr>, now: Instant) {
-        if let (Self::Udp { peer, is_fixed: false, .. }, Some(from)) = (self, from) {
-            *peer = Some((from, now));
+    /// Sends to the sender of a frame that has the right key and an old time stamp, while there is no peer.
+    pub(crate) fn answer(&mut self, from: Option<SocketAddr>) {
+        if let Self::Udp { behind, .. } = self {
+            *behind = from;
         }
     }
 
-    /// Sends a frame. Lost datagrams are not errors.
-    pub(crate) fn send(&mut self, frame: &[u8]) -> io::Result<()> {
+    /// Address of the peer.
+    pub(crate) fn peer(&self) -> Option<SocketAddr> {
         match self {
-            Self::Udp { socket, peer, .. } => {
-                if let Some((peer, _)) = peer {
-                    let _ = socket.send_to(frame, *peer);
-                }
-                Ok(())
+            Self::Udp { peer, .. } => peer.map(|(peer, _)| peer),
+            Self::Stream(_) => None,
+        }
+    }
+
+    /// Makes the sender of a valid message of the vehicle the peer.
+    pub(crate) fn confirm(&mut self, from: Option<SocketAddr>, now: Instant) {
+        if let (Self::Udp { peer, behind, is_fixed: false, .. }, Some(from)) = (self, from) {
+            (*peer, *behind) = (Some((from, now)), None);
+        }
+    }
+
+    /// Sends a frame. Lost frames are not errors: the reader of a stream notices its end.
+    pub(crate) fn send(&mut self, frame: &[u8]) {
+        match self {
+            Self::Udp { socket, behind, .. } if behind.is_some() => {
+                let _ = behind.map(|behind| socket.send_to(frame, behind));
             }
-            Self::Stream(stream) => match stream.write_all(frame) {
-                Err(error) if !is_timeout(&error) => Err(error),
-                _ => Ok(()),
-            },
+            Self::Udp { socket, peer, .. } => {
+                let _ = peer.map(|(peer, _)| socket.send_to(frame, peer));
+            }
+            Self::Stream(writer) => {
+                let mut writer = writer.lock().unwrap_or_else(PoisonError::into_inner);
+                let _ = writer.as_mut().map(|writer| writer.write_all(frame));
+            }
         }
     }
 }
@@ -241,7 +290,7 @@ mod tests {
     use crate::command;
 
     /// Bytes of some frames, in pieces that cut frames, as a stream delivers them.
-    fn exchange(mut link: Link, inputs: &Inputs, mut other: impl Read + Write) {
+    fn exchange(link: &mut Link, inputs: &Inputs, mut other: impl Read + Write) {
         let (mut vehicle, mut companion) = (Codec::new(1, None), Codec::new(1, None));
         let frames: Vec<u8> = (0..20).flat_map(|_| vehicle.encode(&command::roll(1, 0.2))).collect();
         for piece in frames.chunks(37) {
@@ -254,29 +303,38 @@ mod tests {
             companion.decode_stream(&received.bytes.unwrap(), |_, _| heard += 1);
         }
         let frame = companion.encode(&command::heartbeat());
-        link.send(&frame).unwrap();
+        link.send(&frame);
         let mut arrived = vec![0; frame.len()];
         other.read_exact(&mut arrived).unwrap();
         assert_eq!(arrived, frame);
     }
 
-    /// Waits for the end of an input.
+    /// Waits until an input has failed.
     fn end(inputs: &Inputs) -> String {
         loop {
-            if let Err(reason) = inputs.next(Duration::from_secs(10)).expect("the input ends").bytes {
+            if let Err(reason) = inputs.next(Duration::from_secs(10)).expect("the input fails").bytes {
                 return reason;
             }
         }
     }
 
     #[test]
-    fn a_tcp_link_carries_frames_both_ways_and_its_end_is_reported() {
+    fn a_tcp_link_carries_frames_both_ways_its_end_is_reported_and_it_is_opened_again() {
         let (inputs, server) = (Inputs::new(), TcpListener::bind("127.0.0.1:0").unwrap());
         let address = LinkAddress::Tcp(server.local_addr().unwrap().to_string());
-        let link = Link::open(&address, &inputs, Instant::now()).unwrap();
-        let (other, _) = server.accept().unwrap();
-        exchange(link, &inputs, other);
-        assert_eq!(end(&inputs), "the other side has closed the connection");
+        let mut link = Link::open(&address, &inputs, Instant::now()).unwrap();
+        // Three times: the time to wait does not grow while connections succeed.
+        for _ in 0..3 {
+            let begun = Instant::now();
+            let (other, _) = server.accept().unwrap();
+            assert!(begun.elapsed() < Duration::from_secs(5));
+            other.set_read_timeout(Some(Duration::from_secs(10))).unwrap();
+            // The writer follows its reader.
+            thread::sleep(Duration::from_millis(100));
+            exchange(&mut link, &inputs, other);
+            assert_eq!(end(&inputs), "the other side has closed the connection");
+            link.send(&[0]);
+        }
         drop(server);
         assert!(Link::open(&address, &inputs, Instant::now()).is_err(), "nothing listens there any more");
     }
@@ -292,7 +350,7 @@ mod tests {
         let mut longest = Duration::ZERO;
         for _ in 0..20 {
             let begun = Instant::now();
-            link.send(&block).unwrap();
+            link.send(&block);
             longest = longest.max(begun.elapsed());
         }
         assert!((Duration::from_millis(40)..Duration::from_secs(2)).contains(&longest), "{longest:?}");
@@ -308,8 +366,8 @@ mod tests {
         port.set_exclusive(false).unwrap();
         drop(port);
         let inputs = Inputs::new();
-        let link = Link::open(&LinkAddress::Serial(name, 57_600), &inputs, Instant::now()).unwrap();
-        exchange(link, &inputs, other);
+        let mut link = Link::open(&LinkAddress::Serial(name, 57_600), &inputs, Instant::now()).unwrap();
+        exchange(&mut link, &inputs, other);
         end(&inputs);
         let missing = LinkAddress::Serial("/dev/no-such-port".to_owned(), 57_600);
         assert!(Link::open(&missing, &inputs, Instant::now()).is_err());

@@ -5,14 +5,17 @@
 
 use mavlink::MavHeader;
 use mavlink::dialects::ardupilotmega::{
-    ADSB_VEHICLE_DATA, ATTITUDE_DATA, AdsbAltitudeType, AdsbFlags, GLOBAL_POSITION_INT_DATA, HEARTBEAT_DATA, MavCmd,
-    MavLandedState, MavMessage, MavModeFlag, MavResult, MavState, VFR_HUD_DATA,
+    ADSB_VEHICLE_DATA, ATTITUDE_DATA, AdsbAltitudeType, AdsbFlags, COMMAND_ACK_DATA, EkfStatusFlags,
+    GLOBAL_POSITION_INT_DATA, GpsFixType, HEARTBEAT_DATA, MavCmd, MavLandedState, MavMessage, MavModeFlag, MavResult,
+    MavState, VFR_HUD_DATA,
 };
 use standoff::research::{density_ratio, math};
 use standoff::{AirVelocity, Angle, Duration, Position, Time, TrafficReport, UavState, Velocity, Vertical};
 use standoff_io::geodesy::LocalPlane;
 
+use crate::authority::TELEMETRY_STALE;
 use crate::boot_clock::BootClock;
+use crate::codec::COMPANION_COMPONENT_ID;
 use crate::command::{AUTOPILOT_COMPONENT_ID, GUIDED};
 use crate::directions::Directions;
 use crate::fence::Fence;
@@ -36,14 +39,28 @@ const AIR_AGE_MAX: Duration = Duration::from_us(1_000_000);
 /// Altitudes above sea level for which the density of the air is computed, m: the troposphere.
 const AIR_ALTITUDES_M: [f64; 2] = [-500.0, 11_000.0];
 
-/// Longest time over which a state is extrapolated.
-const EXTRAPOLATION_MAX: Duration = Duration::from_us(1_000_000);
-
 /// Longest time over which a state is extrapolated backward, to a time step that has begun before its sample.
 const BACKWARD_MAX: Duration = Duration::from_us(300_000);
 
 /// Number of traffic reports kept between two time steps; further ones are dropped.
 const TRAFFIC_MAX: usize = 200;
+
+/// Flags of the EKF without which its position is not used.
+const EKF_GOOD: EkfStatusFlags =
+    EkfStatusFlags::EKF_ATTITUDE.union(EkfStatusFlags::EKF_VELOCITY_HORIZ).union(EkfStatusFlags::EKF_POS_HORIZ_ABS);
+
+/// Flags of the EKF with which its position is not used.
+const EKF_BAD: EkfStatusFlags = EkfStatusFlags::EKF_CONST_POS_MODE
+    .union(EkfStatusFlags::EKF_UNINITIALIZED)
+    .union(EkfStatusFlags::EKF_GPS_GLITCHING);
+
+/// Commands whose answers count.
+const ANSWERED: [MavCmd; 4] = [
+    MavCmd::MAV_CMD_DO_REPOSITION,
+    MavCmd::MAV_CMD_GUIDED_CHANGE_SPEED,
+    MavCmd::MAV_CMD_GUIDED_CHANGE_ALTITUDE,
+    MavCmd::MAV_CMD_GUIDED_CHANGE_HEADING,
+];
 
 /// Contents of a heartbeat.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -54,7 +71,7 @@ pub struct Heartbeat {
     pub is_armed: bool,
     /// Mode, in ArduPlane's numbering.
     pub mode: u32,
-    /// True if the autopilot reports a failsafe, or that it is going down.
+    /// True if the autopilot reports a failsafe, a warning of the battery, or that it is going down.
     pub is_failsafe: bool,
 }
 
@@ -75,6 +92,8 @@ pub struct PositionSample {
     pub vertical: Vertical,
     /// Altitude of home above mean sea level, m.
     pub home_altitude_m: f64,
+    /// Time from the sample to its arrival.
+    pub delay: Duration,
 }
 
 /// State of one vehicle.
@@ -93,13 +112,20 @@ pub struct Vehicle {
     /// pressure at sea level.
     pub airspeed: Option<(Time, f64)>,
     landed_state: Option<MavLandedState>,
+    /// Time of arrival and value of the last GPS fix.
+    gps: Option<(Time, GpsFixType)>,
+    /// Time of arrival and value of the last flags of the EKF.
+    ekf: Option<(Time, EkfStatusFlags)>,
     courses: Directions,
     headings: Directions,
     /// Parameters read.
     pub parameters: Parameters,
     /// Fence read.
     pub fence: Fence,
-    answer: Option<(MavCmd, bool)>,
+    /// Last answer to each kind of command: true if it was accepted.
+    answers: [Option<bool>; ANSWERED.len()],
+    /// True if an answer has arrived since the last call of [`Self::take_answered`].
+    is_answered: bool,
     traffic: Vec<TrafficReport>,
 }
 
@@ -115,11 +141,14 @@ impl Vehicle {
             roll: None,
             airspeed: None,
             landed_state: None,
+            gps: None,
+            ekf: None,
             courses: Directions::default(),
             headings: Directions::default(),
             parameters: Parameters::default(),
             fence: Fence::default(),
-            answer: None,
+            answers: [None; ANSWERED.len()],
+            is_answered: false,
             traffic: Vec::new(),
         }
     }
@@ -164,9 +193,9 @@ impl Vehicle {
             }
             MavMessage::MISSION_COUNT(count) => self.fence.hear_count(count),
             MavMessage::MISSION_ITEM_INT(item) => self.fence.hear_item(item),
-            MavMessage::COMMAND_ACK(answer) if answer.result != MavResult::MAV_RESULT_IN_PROGRESS => {
-                self.answer = Some((answer.command, answer.result == MavResult::MAV_RESULT_ACCEPTED));
-            }
+            MavMessage::GPS_RAW_INT(gps) => self.gps = Some((now, gps.fix_type)),
+            MavMessage::EKF_STATUS_REPORT(report) => self.ekf = Some((now, report.flags)),
+            MavMessage::COMMAND_ACK(answer) => self.hear_answer(answer),
             _ => {}
         }
         true
@@ -182,6 +211,21 @@ impl Vehicle {
         );
         let is_armed = heartbeat.base_mode.contains(MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED);
         self.heartbeat = Some(Heartbeat { at: now, is_armed, mode: heartbeat.custom_mode, is_failsafe });
+        // A clock that has stopped for a while, or a delay that has grown, does not keep the pilot from GUIDED.
+        if heartbeat.custom_mode != GUIDED {
+            self.clock.forget_offset();
+        }
+    }
+
+    fn hear_answer(&mut self, answer: &COMMAND_ACK_DATA) {
+        // Autopilots that do not address their answers send zeros.
+        let to = [answer.target_system, answer.target_component];
+        let is_own = to == [0, 0] || to == [self.system_id, COMPANION_COMPONENT_ID];
+        let index = ANSWERED.iter().position(|command| *command == answer.command);
+        if let Some(index) = index.filter(|_| is_own && answer.result != MavResult::MAV_RESULT_IN_PROGRESS) {
+            self.answers[index] = Some(answer.result == MavResult::MAV_RESULT_ACCEPTED);
+            self.is_answered = true;
+        }
     }
 
     fn hear_position(&mut self, now: Time, sample: &GLOBAL_POSITION_INT_DATA) {
@@ -206,6 +250,7 @@ impl Vehicle {
             speed_m_s,
             vertical: Vertical { altitude_m, climb_rate_m_s: -down_m_s },
             home_altitude_m: sea_level_m - altitude_m,
+            delay: now - at,
         });
         if speed_m_s < COURSE_SPEED_MIN_M_S {
             self.courses.clear();
@@ -260,14 +305,48 @@ impl Vehicle {
         core::mem::take(&mut self.traffic)
     }
 
-    /// Answer to the last command of a kind, if it has arrived since [`Self::forget_answer`].
+    /// Answer to the last command of a kind, if it has arrived since [`Self::forget_answers`]: true if it was accepted.
     pub fn answer(&self, command: MavCmd) -> Option<bool> {
-        self.answer.filter(|(answered, _)| *answered == command).map(|(_, is_accepted)| is_accepted)
+        self.answers[ANSWERED.iter().position(|answered| *answered == command)?]
     }
 
-    /// Forgets the last answer; call it before a command is sent whose answer counts.
-    pub fn forget_answer(&mut self) {
-        self.answer = None;
+    /// Forgets all answers; call it before a command is sent whose answer counts.
+    pub fn forget_answers(&mut self) {
+        self.answers = [None; ANSWERED.len()];
+    }
+
+    /// True if a command was answered since the last call.
+    pub fn take_answered(&mut self) -> bool {
+        core::mem::take(&mut self.is_answered)
+    }
+
+    /// What is wrong with the position of the autopilot, or not known; `None` if GPS fix and EKF are good.
+    pub fn navigation_error(&self) -> Option<String> {
+        let Some((_, fix)) = self.gps else { return Some("GPS_RAW_INT: not received from the autopilot".to_owned()) };
+        let Some((_, flags)) = self.ekf else {
+            return Some("EKF_STATUS_REPORT: not received from the autopilot".to_owned());
+        };
+        if (fix as u32) < GpsFixType::GPS_FIX_TYPE_3D_FIX as u32 {
+            return Some(format!("GPS_RAW_INT: fix type {} instead of 3 or more", fix as u32));
+        }
+        let is_good = flags.contains(EKF_GOOD) && !flags.intersects(EKF_BAD);
+        (!is_good).then(|| format!("EKF_STATUS_REPORT: flags {} without a good position", flags.bits()))
+    }
+
+    /// Time of the older one of the last reports about GPS fix and EKF; `None` if one is missing or bad.
+    pub fn navigation_at(&self) -> Option<Time> {
+        let ((gps_at, _), (ekf_at, _)) = self.gps.zip(self.ekf).filter(|_| self.navigation_error().is_none())?;
+        Some(gps_at.min(ekf_at))
+    }
+
+    /// Age that the last position had when it arrived; `None` without a position.
+    pub fn telemetry_delay(&self) -> Option<Duration> {
+        self.position.map(|position| position.delay)
+    }
+
+    /// True if time stamps of two autopilots with this system id have arrived in turns.
+    pub fn is_doubled(&self) -> bool {
+        self.clock.is_doubled()
     }
 
     /// Turn rate of the course over ground, rad/s, positive to the left; `None` without samples over the window.
@@ -300,13 +379,13 @@ impl Vehicle {
         Some(1.0 / density_ratio(altitude_m).sqrt())
     }
 
-    /// State at `now`, extrapolated by at most 1 s, backward by at most 0.3 s; `None` without a position. The heading is
+    /// State at `now`, extrapolated by at most 3 s, backward by at most 0.3 s; `None` without a position. The heading is
     /// the course over ground, the speed is the ground speed.
     pub fn state(&self, now: Time) -> Option<UavState> {
         let PositionSample { at, position, course, speed_m_s, vertical, .. } = self.position?;
         let turn_rate_rad_s = self.turn_rate_rad_s().unwrap_or(0.0);
         let sampled = UavState { position, heading: course, speed_m_s, turn_rate_rad_s, vertical: Some(vertical) };
-        Some(sampled.extrapolated((now - at).s().clamp(-BACKWARD_MAX.s(), EXTRAPOLATION_MAX.s())))
+        Some(sampled.extrapolated((now - at).s().clamp(-BACKWARD_MAX.s(), TELEMETRY_STALE.s())))
     }
 
     /// Time of the older one of the last position and the last attitude.
@@ -365,6 +444,31 @@ mod tests {
         receive(400, MavMessage::GLOBAL_POSITION_INT(position));
         receive(400, MavMessage::VFR_HUD(VFR_HUD_DATA { airspeed: 20.0, ..VFR_HUD_DATA::default() }));
         vehicle
+    }
+
+    /// ArduPlane addresses its answers; other autopilots send zeros. Answers to a ground station on the same link, and
+    /// to other commands, change nothing.
+    #[test]
+    fn each_answer_belongs_to_its_command_and_its_sender() {
+        let (circle, speed) = (MavCmd::MAV_CMD_DO_REPOSITION, MavCmd::MAV_CMD_GUIDED_CHANGE_SPEED);
+        let mut vehicle = vehicle(500);
+        let mut answer = |command, to: [u8; 2], result| {
+            let [target_system, target_component] = to;
+            let none = COMMAND_ACK_DATA::default();
+            let answer = COMMAND_ACK_DATA { command, result, target_system, target_component, ..none };
+            let header = MavHeader { system_id: 1, component_id: 1, sequence: 0 };
+            assert!(vehicle.receive(NOW, &header, &MavMessage::COMMAND_ACK(answer)));
+            (vehicle.answer(circle), vehicle.answer(speed), vehicle.take_answered())
+        };
+        let (accepted, denied) = (MavResult::MAV_RESULT_ACCEPTED, MavResult::MAV_RESULT_DENIED);
+        assert_eq!(answer(circle, [255, 190], denied), (None, None, false));
+        assert_eq!(answer(circle, [1, 191], accepted), (Some(true), None, true));
+        assert_eq!(answer(speed, [0, 0], denied), (Some(true), Some(false), true));
+        let interval = MavCmd::MAV_CMD_SET_MESSAGE_INTERVAL;
+        assert_eq!(answer(interval, [1, 191], denied), (Some(true), Some(false), false));
+        assert_eq!(answer(speed, [1, 191], MavResult::MAV_RESULT_IN_PROGRESS), (Some(true), Some(false), false));
+        vehicle.forget_answers();
+        assert_eq!((vehicle.answer(circle), vehicle.answer(speed)), (None, None));
     }
 
     /// Densities of the standard atmosphere per that at sea level: 1, 0.9075 and 0.6012 (ISO 2533).

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use standoff::Position;
 use standoff_io::geodesy::LocalPlane;
 
-use super::plane::{Plane, STEP_S, TARGET_SPEED_M_S, cue_line};
+use super::plane::{GUIDED, LOITER, Plane, STEP_S, TARGET_SPEED_M_S, cue_line};
 
 /// What was seen in a flight in real time.
 #[derive(Debug, Default)]
@@ -33,6 +33,8 @@ pub(crate) fn fly(vehicle: &mut Plane, plane: &LocalPlane, link: &str, feed: &st
             }
             let _ = socket.send_to(&frame, link);
         }
+        // The pilot selects GUIDED after 2 s.
+        vehicle.mode = if vehicle.time_s() - begun_s < 2.0 { LOITER } else { GUIDED };
         let steps = ((vehicle.time_s()) / STEP_S).round() as u64;
         let target = Position::from_m(TARGET_SPEED_M_S * vehicle.time_s(), 0.0);
         if steps.is_multiple_of(25) {

@@ -5,17 +5,19 @@
 //! - It keeps the last course command without end, and rolls by 50 degrees per rad of its error.
 //! - It sends its fence by the mission protocol.
 //! - It obeys commands in GUIDED only; it refuses ground speeds, and airspeeds outside its limits.
-//! - With a signing key, it drops frames without valid signature.
+//! - With a signing key, it drops frames without valid signature. Its time stamps advance by one with each frame, and with
+//!   the newest one that it receives.
 
+use mavlink::MavHeader;
 use mavlink::dialects::ardupilotmega::{
-    ATTITUDE_DATA, COMMAND_ACK_DATA, COMMAND_INT_DATA, GLOBAL_POSITION_INT_DATA, HEARTBEAT_DATA, HOME_POSITION_DATA,
-    MISSION_COUNT_DATA, MISSION_ITEM_INT_DATA, MISSION_REQUEST_INT_DATA, MISSION_REQUEST_LIST_DATA, MavAutopilot,
-    MavCmd, MavMessage, MavModeFlag, MavParamType, MavResult, MavState, MavType, PARAM_VALUE_DATA, VFR_HUD_DATA,
+    ATTITUDE_DATA, COMMAND_ACK_DATA, COMMAND_INT_DATA, EKF_STATUS_REPORT_DATA, EkfStatusFlags,
+    GLOBAL_POSITION_INT_DATA, GPS_RAW_INT_DATA, GpsFixType, HEARTBEAT_DATA, HOME_POSITION_DATA, MISSION_COUNT_DATA,
+    MISSION_ITEM_INT_DATA, MISSION_REQUEST_INT_DATA, MISSION_REQUEST_LIST_DATA, MavAutopilot, MavCmd, MavMessage,
+    MavModeFlag, MavParamType, MavResult, MavState, MavType, PARAM_VALUE_DATA, VFR_HUD_DATA,
 };
-use mavlink::{MavHeader, SigningConfig, SigningData};
 use standoff::research::{GRAVITY_M_S2, math};
 use standoff::{Angle, Position};
-use standoff_fly::codec::{Codec, SigningKey, encode_as};
+use standoff_fly::codec::{Codec, SigningKey, clock_stamp, encode_as};
 use standoff_io::geodesy::LocalPlane;
 
 use super::identified_aircraft::{self, Airframe, IdentifiedAircraft};
@@ -50,7 +52,9 @@ pub(crate) fn cue_line(plane: &LocalPlane, target: Position) -> String {
 pub(crate) struct Plane {
     plane: LocalPlane,
     codec: Codec,
-    signing: Option<SigningData>,
+    signing: Option<SigningKey>,
+    /// Time stamp of the last signed frame.
+    pub(crate) stamp: u64,
     sequence: u8,
     steps: u64,
     pub(crate) mode: u32,
@@ -80,15 +84,25 @@ pub(crate) struct Plane {
     pub(crate) home: Position,
     pub(crate) is_mute: bool,
     pub(crate) refuses_speed: bool,
+    /// Messages to the vehicle are lost.
+    pub(crate) is_deaf: bool,
+    /// Roll targets are ignored.
+    pub(crate) ignores_rolls: bool,
+    pub(crate) gps_fix: GpsFixType,
+    pub(crate) ekf_flags: u16,
+    /// Airspeed that is shown instead of the true one, m/s.
+    pub(crate) shown_airspeed_m_s: Option<f32>,
+    /// Names of requested parameters.
+    pub(crate) requested: Vec<String>,
 }
 
 impl Plane {
     pub(crate) fn new(plane: LocalPlane, key: Option<&SigningKey>) -> Self {
-        let config = |key: &SigningKey| SigningData::from_config(SigningConfig::new(key.key, 0, true, false));
         Self {
             plane,
             codec: Codec::new(1, key),
-            signing: key.map(config),
+            signing: key.map(|key| SigningKey { link_id: 0, ..key.clone() }),
+            stamp: clock_stamp(),
             sequence: 0,
             steps: 0,
             mode: GUIDED,
@@ -129,6 +143,12 @@ impl Plane {
             home: Position::default(),
             is_mute: false,
             refuses_speed: false,
+            is_deaf: false,
+            ignores_rolls: false,
+            gps_fix: GpsFixType::GPS_FIX_TYPE_3D_FIX,
+            ekf_flags: 831,
+            shown_airspeed_m_s: None,
+            requested: Vec::new(),
         }
     }
 
@@ -146,11 +166,16 @@ impl Plane {
     fn send(&mut self, message: &MavMessage, to: &mut Vec<Vec<u8>>) {
         let header = MavHeader { system_id: 1, component_id: 1, sequence: self.sequence };
         self.sequence = self.sequence.wrapping_add(1);
-        to.push(encode_as(header, message, self.signing.as_ref()));
+        let received = self.codec.time_stamps().values().copied().max().unwrap_or(0);
+        self.stamp = self.stamp.max(received) + 1;
+        to.push(encode_as(header, message, self.signing.as_ref().map(|key| (key, self.stamp))));
     }
 
     /// Processes a datagram and returns the answers.
     pub(crate) fn receive(&mut self, datagram: &[u8]) -> Vec<Vec<u8>> {
+        if self.is_deaf {
+            return Vec::new();
+        }
         let mut messages = Vec::new();
         self.codec.decode_datagram(datagram, |header, message| messages.push((header, message)));
         let mut answers = Vec::new();
@@ -170,7 +195,7 @@ impl Plane {
             MavMessage::HEARTBEAT(_) => {}
             MavMessage::SET_ATTITUDE_TARGET(target) => {
                 assert_eq!(target.type_mask.bits(), 0xC6);
-                if self.mode == GUIDED {
+                if self.mode == GUIDED && !self.ignores_rolls {
                     let [w, x, _, _] = target.q.map(f64::from);
                     self.roll_target = Some((self.time_s(), 2.0 * math::atan2(x, w)));
                     self.roll_target_at_s = Some(self.time_s());
@@ -188,6 +213,7 @@ impl Plane {
             }
             MavMessage::PARAM_REQUEST_READ(request) => {
                 let name = request.param_id.to_str().unwrap();
+                self.requested.push(name.to_owned());
                 if let Some((_, value)) = self.parameters.iter().find(|(known, _)| *known == name) {
                     let answer = PARAM_VALUE_DATA {
                         param_value: *value,
@@ -296,6 +322,13 @@ impl Plane {
         let time_boot_ms = 60_000 + (self.steps as f64 * STEP_S * 1e3).round() as u32;
         let is_due = |period_steps: u64| self.steps.is_multiple_of(period_steps);
         let [heartbeat, attitude, position, hud, home] = [is_due(50), is_due(3), is_due(5), is_due(5), is_due(250)];
+        if is_due(25) {
+            let gps = GPS_RAW_INT_DATA { fix_type: self.gps_fix, ..GPS_RAW_INT_DATA::default() };
+            self.send(&MavMessage::GPS_RAW_INT(gps), &mut sent);
+            let flags = EkfStatusFlags::from_bits_retain(self.ekf_flags);
+            let ekf = EKF_STATUS_REPORT_DATA { flags, ..EKF_STATUS_REPORT_DATA::default() };
+            self.send(&MavMessage::EKF_STATUS_REPORT(ekf), &mut sent);
+        }
         if heartbeat {
             let base_mode = if self.is_armed { MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED } else { MavModeFlag::empty() };
             let heartbeat = HEARTBEAT_DATA {
@@ -337,7 +370,8 @@ impl Plane {
             self.send(&MavMessage::GLOBAL_POSITION_INT(position), &mut sent);
         }
         if hud {
-            let (airspeed, groundspeed) = (self.aircraft.airspeed_m_s as f32, velocity.speed_m_s() as f32);
+            let groundspeed = velocity.speed_m_s() as f32;
+            let airspeed = self.shown_airspeed_m_s.unwrap_or(self.aircraft.airspeed_m_s as f32);
             let hud = VFR_HUD_DATA { airspeed, groundspeed, ..VFR_HUD_DATA::default() };
             self.send(&MavMessage::VFR_HUD(hud), &mut sent);
         }

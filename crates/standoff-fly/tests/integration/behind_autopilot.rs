@@ -8,10 +8,13 @@ use standoff_fly::config::Config;
 /// Configuration of the `team.toml` of docs/fly.md.
 fn documented() -> Config {
     let mut config = config();
-    config.params.uav.turn_rate_lag_s = 0.8;
-    config.params.track.target.acceleration_sd_m_s2 = 0.5;
-    config.params.guidance.heading_gain_1_s = 0.4;
-    config.params.wind.get_or_insert_default().orbit_wind_m_s = 10.0;
+    let params = &mut config.params;
+    params.uav.turn_rate_lag_s = 0.8;
+    (params.track.sensor.range_sd_m, params.track.sensor.bearing_sd_rad) = (3.0, 1f64.to_radians());
+    (params.track.target.correlation_rate_1_s, params.track.target.acceleration_sd_m_s2) = (1.0, 4.0);
+    params.group.motion.time_constant_s = 0.5;
+    params.guidance.radial_gain = 0.3;
+    params.wind.get_or_insert_default().orbit_wind_m_s = 10.0;
     config
 }
 

@@ -122,11 +122,11 @@ fn assert_stopped(flight: &mut Flight, condition: Condition) {
 }
 
 #[test]
-fn silent_telemetry_stops_the_commands_within_1_1_s() {
+fn silent_telemetry_stops_the_commands_within_3_1_s() {
     let mut flight = Flight::new(config(), None);
     flight.fly(30.0);
     flight.vehicle.is_mute = true;
-    flight.fly(0.9);
+    flight.fly(2.9);
     assert_eq!(flight.companion.authority(), State::Engaged);
     flight.fly(0.3);
     assert_stopped(&mut flight, Condition::Telemetry);

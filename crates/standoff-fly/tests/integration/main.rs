@@ -5,6 +5,7 @@
 mod behind_autopilot;
 #[path = "../common/mod.rs"]
 mod common;
+mod faults;
 mod flight;
 mod hostile;
 mod identified_aircraft;
