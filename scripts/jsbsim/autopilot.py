@@ -40,6 +40,10 @@ class Plane:
         return (self.origin[0] + north_m / self.north_m_deg, self.origin[1] + east_m / self.east_m_deg)
 
 
+# Attitude, velocities and positions of the EKF are good, as ArduPlane reports it in flight.
+EKF_FLAGS = 831
+
+
 class Autopilot:
     """An autopilot with its aircraft. `link` is the address on which the program listens."""
 
@@ -120,6 +124,9 @@ class Autopilot:
                 aircraft.climb_rate_m_s))
         if self.loops % 25 == 0:
             self.send(mavlink.MAVLink_extended_sys_state_message(0, mavlink.MAV_LANDED_STATE_IN_AIR))
+            self.send(mavlink.MAVLink_gps_raw_int_message(
+                boot_ms * 1000, mavlink.GPS_FIX_TYPE_3D_FIX, 0, 0, 0, 65535, 65535, 65535, 65535, 255))
+            self.send(mavlink.MAVLink_ekf_status_report_message(EKF_FLAGS, 0, 0, 0, 0, 0))
         if self.loops % 5 in (0, 3):
             self.send(mavlink.MAVLink_attitude_message(
                 boot_ms, aircraft.roll_rad, aircraft.pitch_rad, wrap(aircraft.yaw_rad), *aircraft.rates_rad_s))
