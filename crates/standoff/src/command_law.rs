@@ -18,10 +18,10 @@ use crate::params::{AltitudePolicy, GroupingParams, LinkModel, Pointing, Separat
 use crate::safety::fallback::{FallbackModel, Plan};
 use crate::safety::motion::{Flown, Motion};
 use crate::safety::predicted_trajectory::Intent;
-use crate::safety::separation::{Avoidance, CollisionAvoidance, DesiredCommands, OtherAircraft};
+use crate::safety::separation::{Avoidance, CollisionAvoidance, DesiredCommands, OtherAircraft, reach_over_ground_m};
 use crate::safety::zones::GeofenceSafety;
 use crate::team_state::TeamState;
-use crate::uav::{Aircraft, Command, LimitedCommand, UavId, UavState, Vertical};
+use crate::uav::{Command, LimitedCommand, UavId, UavState, Vertical};
 use crate::wind::Wind;
 
 /// Maximum distance to an orbit, as a fraction of its radius, at which a UAV of another group counts as a neighbour on
@@ -51,6 +51,8 @@ pub(crate) struct LastDecision {
     pub(crate) manoeuvre: Option<Manoeuvre>,
     /// Motion, command and plan; `None` without geofence and collision avoidance.
     flown: Option<Box<Flown>>,
+    /// Motion of near teammates at their last reports, in wind or if they bank.
+    teammates: Vec<(UavId, Flown)>,
 }
 
 /// Command of a UAV without collision avoidance.
@@ -89,6 +91,8 @@ struct Own<'a> {
     motion: &'a Motion,
     /// Fallback that it has planned.
     plan: Option<Plan>,
+    /// Teammates that may come near.
+    teammates: &'a [OtherAircraft],
 }
 
 impl CommandLaw<'_> {
@@ -108,7 +112,9 @@ impl CommandLaw<'_> {
         let air = law.wind.map_or(*own, |wind| wind.relative_to_air(own, acceleration_m_s2));
         let motion = Flown::motion(flown, uav, &air, time).in_wind(law.wind);
         let plan = flown.and_then(|flown| flown.plan);
-        let output = law.decide_safely(Own { observation, motion: &motion, plan }, refused);
+        let before = last.map_or(&[][..], |last| &last.teammates);
+        let teammates = law.teammates_near(observation, before);
+        let output = law.decide_safely(Own { observation, motion: &motion, plan, teammates: &teammates }, refused);
         let has_safety = own.is_finite() && (self.fallbacks.is_some() || self.geofence_safety.is_some());
         let flown = has_safety.then(|| {
             let plan = self
@@ -117,7 +123,9 @@ impl CommandLaw<'_> {
             Box::new(Flown { from: time, motion, command: output.command, plan })
         });
         let manoeuvre = output.manoeuvre(own.is_finite() && uav.bank.is_some() && self.fallbacks.is_some());
-        (output, LastDecision { manoeuvre, flown })
+        let has_memory = self.wind.is_some() || uav.bank.is_some();
+        let teammates = teammates.iter().filter(|_| has_memory).filter_map(|other| other.as_flown(time)).collect();
+        (output, LastDecision { manoeuvre, flown, teammates })
     }
 
     /// Returns the output of a UAV; its command is relative to the air.
@@ -190,7 +198,7 @@ impl CommandLaw<'_> {
 
     /// Command of a UAV without collision avoidance; straight flight if its state is invalid.
     fn desired(&self, of: Own, group: Option<&Group>, geofence_safety: Option<&GeofenceSafety>) -> Desired {
-        let Own { observation, motion, plan } = of;
+        let Own { observation, motion, plan, .. } = of;
         let Observation { uav: id, ref own, .. } = *observation;
         let law = match group {
             _ if !own.is_finite() => {
@@ -228,27 +236,37 @@ impl CommandLaw<'_> {
         desired: Intent,
         altitude_m: Option<f64>,
     ) -> (Command, Option<f64>, Option<Avoidance>) {
-        let Own { observation, motion, plan } = of;
-        let Observation { uav: id, ref own, time } = *observation;
+        let Own { observation, motion, plan, teammates } = of;
+        let Observation { uav: id, time, .. } = *observation;
         let manoeuvre = self.team_state.teammate(id).and_then(|own| own.manoeuvre);
-        let (geofence, air) = (self.geofence_safety, self.wind);
-        let frame_m_s = air.map_or(0.0, |wind| wind.velocity.speed_m_s());
+        let geofence = self.geofence_safety;
         let fallbacks = geofence.map_or(in_air, |geofence| &geofence.model);
         let keeper = CollisionAvoidance { separation, fallbacks, geofence, id, own: motion, manoeuvre, plan };
-        let (mut buffer, places) = (Vec::new(), &self.team_state.reported_places);
-        let near = places.near(own.position, keeper.reach_over_ground_m(places.fastest_m_s, frame_m_s), &mut buffer);
-        let near = near.map(|index| &self.team_state.teammates[index]).filter(|teammate| teammate.uav != id);
-        let teammates = near.map(|teammate| {
-            let age_s = (time - teammate.last_report_at).s().max(0.0);
-            let (aircraft, manoeuvre) = (Aircraft::Uav(teammate.uav), teammate.manoeuvre);
-            OtherAircraft { aircraft, reported_state: teammate.last_report, age_s, manoeuvre }
-        });
-        let in_air = |other: OtherAircraft| air.map_or(other, |wind| other.in_air(wind, &self.params.uav));
-        let teammates = teammates.map(in_air).filter(|other| keeper.may_come_near(&other.reported_state));
-        let others = teammates.chain(self.intruders.others(time).map(in_air));
+        let intruder = |other: OtherAircraft| self.wind.map_or(other, |wind| other.in_air(wind, &self.params.uav));
+        let near = teammates.iter().copied().filter(|other| keeper.may_come_near(&other.motion.state));
+        let others = near.chain(self.intruders.others(time).map(intruder));
         let altitude_m = altitude_m.map(|altitude_m| keeper.altitude_m(altitude_m, others.clone()));
         let (command, avoids) = keeper.avoid(desired, altitude_m, others, self);
         (command, altitude_m, avoids)
+    }
+
+    /// Teammates that may come near, and their motion at their last reports. `before` contains earlier motions.
+    fn teammates_near(&self, observation: &Observation, before: &[(UavId, Flown)]) -> Vec<OtherAircraft> {
+        let Observation { uav: id, ref own, time } = *observation;
+        let Some((separation, fallbacks)) = self.params.separation.as_ref().zip(self.fallbacks) else {
+            return Vec::new();
+        };
+        let (mut buffer, places) = (Vec::new(), &self.team_state.reported_places);
+        let wind_m_s = self.wind.map_or(0.0, |wind| wind.velocity.speed_m_s());
+        let reach_m = reach_over_ground_m(separation, &fallbacks.airframe, places.fastest_m_s, wind_m_s);
+        let near = places.near(own.position, reach_m, &mut buffer).map(|index| &self.team_state.teammates[index]);
+        let near = near.filter(|teammate| teammate.uav != id);
+        near.map(|teammate| {
+            let age_s = (time - teammate.last_report_at).s().max(0.0);
+            let before = before.iter().find(|(uav, _)| *uav == teammate.uav).map(|(_, flown)| flown);
+            OtherAircraft::teammate(teammate, age_s, self.wind, &self.params.uav, before)
+        })
+        .collect()
     }
 
     /// Other UAVs of a group: position, id and position relative to the orbit.
@@ -435,7 +453,7 @@ impl DesiredCommands for CommandLaw<'_> {
     fn desired(&self, teammate: UavId, motion: &Motion) -> Intent {
         let own = self.wind.map_or(motion.state, |wind| wind.over_ground(&motion.state, 0.0));
         let observation = &Observation { uav: teammate, time: self.team_state.time, own };
-        let of = Own { observation, motion, plan: None };
+        let of = Own { observation, motion, plan: None, teammates: &[] };
         CommandLaw::desired(self, of, self.team_state.group_of(teammate), self.geofence_safety).intent
     }
 }

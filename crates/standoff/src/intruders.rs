@@ -2,6 +2,7 @@
 
 use crate::message::TrafficReport;
 use crate::output::{Rejected, count};
+use crate::safety::motion::Motion;
 use crate::safety::separation::OtherAircraft;
 use crate::time::{Duration, Time};
 use crate::uav::{Aircraft, UavState};
@@ -61,7 +62,7 @@ impl Intruders {
         let report = self.last.iter().filter(move |report| now - report.time <= FORGOTTEN_AFTER);
         report.map(move |report| OtherAircraft {
             aircraft: Aircraft::Intruder(report.aircraft),
-            reported_state: report.state,
+            motion: Motion::steady_course(&report.state),
             age_s: (now - report.time).s().max(0.0),
             manoeuvre: None,
         })
@@ -96,7 +97,7 @@ mod tests {
     /// Known aircraft at a time, with their last positions and the ages of these.
     fn known(intruders: &Intruders, now_s: f64) -> Vec<(Aircraft, f64, f64)> {
         let others = intruders.others(Time::from_us((now_s * 1e6) as i64));
-        others.map(|other| (other.aircraft, other.reported_state.position.x_m(), other.age_s)).collect()
+        others.map(|other| (other.aircraft, other.motion.state.position.x_m(), other.age_s)).collect()
     }
 
     #[test]

@@ -114,6 +114,11 @@ impl Motion {
         Self { state: *state, bank, wind: Wind::default() }
     }
 
+    /// The motion of an aircraft whose bank is unknown, in calm air.
+    pub(crate) fn steady_course(state: &UavState) -> Self {
+        Self { state: *state, bank: Bank::default(), wind: Wind::default() }
+    }
+
     /// The motion with the same bank angle and another state.
     pub(crate) fn with_state(self, state: UavState) -> Self {
         Self { state, ..self }

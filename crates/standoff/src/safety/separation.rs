@@ -10,14 +10,16 @@
 //! before it from the same reports, so that it knows their commands and none undoes the manoeuvre of another.
 //! [Path manoeuvres](crate::safety::fallback) keep them separable whatever they do next, and respect the geofence.
 
+use crate::coordination::teammate::Teammate;
 use crate::message::Manoeuvre;
 use crate::params::{SeparationParams, UavParams};
 use crate::safety::candidates::candidates;
 use crate::safety::fallback::{FallbackModel, Path, Plan, Sense, choose_senses};
-use crate::safety::motion::Motion;
+use crate::safety::motion::{Airframe, Flown, Motion};
 use crate::safety::predicted_trajectory::{Intent, PredictedTrajectory, SampledTrajectory, least_length};
 use crate::safety::pursuer;
 use crate::safety::zones::{GeofenceSafety, Of};
+use crate::time::{Duration, Time};
 use crate::uav::{Aircraft, Command, UavId, UavState, Vertical};
 use crate::wind::Wind;
 
@@ -75,7 +77,8 @@ const TURNS_S: [f64; 4] = [2.0, 4.0, 7.0, 10.0];
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct OtherAircraft {
     pub(crate) aircraft: Aircraft,
-    pub(crate) reported_state: UavState,
+    /// Motion at its last report, moved to where the wind has carried it since.
+    pub(crate) motion: Motion,
     /// Age of the report, s.
     pub(crate) age_s: f64,
     /// Reported manoeuvre.
@@ -83,7 +86,36 @@ pub(crate) struct OtherAircraft {
 }
 
 impl OtherAircraft {
-    /// The aircraft in the frame of the air, which coincides with the ground now.
+    /// A teammate. Its heading rate in wind and its commanded bank angle follow from its motion at an earlier report, if
+    /// known.
+    pub(crate) fn teammate(
+        teammate: &Teammate,
+        age_s: f64,
+        wind: Option<Wind>,
+        uav: &UavParams,
+        before: Option<&Flown>,
+    ) -> Self {
+        let Teammate { last_report: state, last_report_at, manoeuvre, .. } = *teammate;
+        let reported =
+            Self { aircraft: Aircraft::Uav(teammate.uav), motion: Motion::steady(uav, &state), age_s, manoeuvre };
+        if let Some(before) = before.filter(|before| before.from == last_report_at) {
+            return Self { motion: before.motion.in_wind(wind), ..reported }.drifted();
+        }
+        let before = before.filter(|before| before.age_s(last_report_at).is_some());
+        let command = manoeuvre.map(|manoeuvre| manoeuvre.command);
+        let Some(before) = before else {
+            let reported = wind.map_or(reported, |wind| reported.in_air(wind, uav));
+            let motion = Motion::turning(uav, &reported.motion.state, command).in_wind(wind);
+            return Self { motion, ..reported };
+        };
+        let acceleration_m_s2 = |airspeed_m_s| before.acceleration_m_s2(last_report_at, airspeed_m_s);
+        let air = wind.map_or(state, |wind| wind.relative_to_air(&state, acceleration_m_s2));
+        let flown = Flown { command: command.unwrap_or(before.command), ..*before };
+        let motion = Flown::motion(Some(&flown), uav, &air, last_report_at).in_wind(wind);
+        Self { motion, ..reported }.drifted()
+    }
+
+    /// An aircraft whose state is over ground, in the air.
     pub(crate) fn in_air(self, wind: Wind, uav: &UavParams) -> Self {
         let commanded_m_s = self.manoeuvre.map(|manoeuvre| manoeuvre.command.speed_m_s);
         let acceleration_m_s2 = |airspeed_m_s: f64| {
@@ -92,14 +124,30 @@ impl OtherAircraft {
                 ((commanded_m_s - airspeed_m_s) / uav.speed_lag_s).clamp(slowest_m_s2, fastest_m_s2)
             })
         };
-        let mut reported_state = wind.relative_to_air(&self.reported_state, acceleration_m_s2);
-        reported_state.position = reported_state.position + wind.velocity * self.age_s.min(SILENT_MAX_S);
-        Self { reported_state, ..self }
+        let state = wind.relative_to_air(&self.motion.state, acceleration_m_s2);
+        Self { motion: self.motion.with_state(state).in_wind(Some(wind)), ..self }.drifted()
+    }
+
+    /// The aircraft where the wind has carried it since its report.
+    fn drifted(mut self) -> Self {
+        let drift = self.motion.wind.velocity * self.age_s.min(SILENT_MAX_S);
+        self.motion.state.position = self.motion.state.position + drift;
+        self
+    }
+
+    /// Motion of a teammate at its report, for the next time step; `now` is the time of this one.
+    pub(crate) fn as_flown(&self, now: Time) -> Option<(UavId, Flown)> {
+        let Aircraft::Uav(uav) = self.aircraft else { return None };
+        let UavState { position, speed_m_s, turn_rate_rad_s, .. } = self.motion.state;
+        let drift = self.motion.wind.velocity * -self.age_s.min(SILENT_MAX_S);
+        let motion = self.motion.with_state(UavState { position: position + drift, ..self.motion.state });
+        let command = self.manoeuvre.map_or(Command { speed_m_s, turn_rate_rad_s }, |manoeuvre| manoeuvre.command);
+        Some((uav, Flown { from: now + Duration::from_s(-self.age_s), motion, command, plan: None }))
     }
 
     /// Lowest and highest altitude within the prediction horizon, m; `None` if unknown.
     fn levels_m(&self) -> Option<[f64; 2]> {
-        self.reported_state.vertical.map(|vertical| reach_m(vertical, vertical.altitude_m, AHEAD_S + self.age_s))
+        self.motion.state.vertical.map(|vertical| altitudes_m(vertical, vertical.altitude_m, AHEAD_S + self.age_s))
     }
 }
 
@@ -216,7 +264,7 @@ impl CollisionAvoidance<'_> {
         let desired = intent.command;
         let course = PredictedTrajectory::of(&self.own.state, intent, &self.fallbacks.airframe.uav, 0.0);
         let is_teammate = |other: &OtherAircraft| matches!(other.aircraft, Aircraft::Uav(_));
-        let meets = |other: &OtherAircraft| is_teammate(other) && self.can_meet(&other.reported_state, other.age_s);
+        let meets = |other: &OtherAircraft| is_teammate(other) && self.can_meet(&other.motion.state, other.age_s);
         if !others.clone().any(|other| meets(&other)) {
             let near = others.clone().filter_map(|other| self.near(&other, Some(&course), |uav| team.intent_of(uav)));
             let near: Vec<Near> = near.collect();
@@ -257,11 +305,11 @@ impl CollisionAvoidance<'_> {
         let intruders: Vec<OtherAircraft> =
             others.clone().filter(|other| matches!(other.aircraft, Aircraft::Intruder(_))).collect();
         let (aircraft, manoeuvre) = (Aircraft::Uav(self.id), self.manoeuvre);
-        let own = OtherAircraft { aircraft, reported_state: self.own.state, age_s: 0.0, manoeuvre };
+        let own = OtherAircraft { aircraft, motion: *self.own, age_s: 0.0, manoeuvre };
         let current = |other: OtherAircraft| match other.aircraft {
             Aircraft::Uav(uav) => {
                 let age_s = other.age_s.min(SILENT_MAX_S);
-                Some((uav, other, age_s, other.reported_state.extrapolated(age_s)))
+                Some((uav, other, age_s, other.motion.state.extrapolated(age_s)))
             }
             Aircraft::Intruder(_) => None,
         };
@@ -273,14 +321,10 @@ impl CollisionAvoidance<'_> {
         }
         let plan = |(uav, other, age_s, state): (UavId, OtherAircraft, f64, UavState)| {
             let course = self.predicted(&other, team.intent_of(uav));
-            let motion = match uav == self.id {
-                true => *self.own,
-                false => {
-                    let command = other.manoeuvre.map(|manoeuvre| manoeuvre.command);
-                    let mut motion = Motion::turning(&self.fallbacks.airframe.uav, &state, command);
-                    motion.wind = self.own.wind;
-                    motion
-                }
+            let command = other.manoeuvre.map(|manoeuvre| manoeuvre.command);
+            let motion = match age_s > 0.0 {
+                true => Motion::turning(&self.fallbacks.airframe.uav, &state, command).in_wind(Some(self.own.wind)),
+                false => other.motion,
             };
             Planned { uav, motion, age_s, levels_m: other.levels_m(), course, manoeuvre: other.manoeuvre }
         };
@@ -422,14 +466,13 @@ impl CollisionAvoidance<'_> {
         // Altitudes between these two are clear of all nearby aircraft.
         let [mut low_m, mut high_m] = [f64::NEG_INFINITY, f64::INFINITY];
         for other in others {
-            let Some((vertical, [other_low_m, other_high_m])) = other.reported_state.vertical.zip(other.levels_m())
+            let Some((vertical, [other_low_m, other_high_m])) = other.motion.state.vertical.zip(other.levels_m())
             else {
                 continue;
             };
             let clear_m = CLIMB_CLEAR_MINIMA * self.separation.horizontal_min_m
                 + 2.0 * self.fallbacks.airframe.uav.speed_max_m_s() * other.age_s;
-            let is_clear =
-                self.own.state.position.squared_distance_m2(other.reported_state.position) > clear_m * clear_m;
+            let is_clear = self.own.state.position.squared_distance_m2(other.motion.state.position) > clear_m * clear_m;
             let over_m = own.altitude_m - vertical.altitude_m;
             // If the altitudes already overlap, waiting does not help.
             if is_clear || over_m.abs() < self.separation.vertical_min_m {
@@ -457,7 +500,7 @@ impl CollisionAvoidance<'_> {
     /// Lowest and highest altitude that the UAV will have on the way to `altitude_m`, m; `None` if unknown.
     fn levels_m(&self, altitude_m: Option<f64>) -> Option<[f64; 2]> {
         let own = self.own.state.vertical?;
-        Some(reach_m(own, altitude_m.unwrap_or(own.altitude_m), 2.0))
+        Some(altitudes_m(own, altitude_m.unwrap_or(own.altitude_m), 2.0))
     }
 
     /// Returns true if both are separated by altitude for the whole prediction horizon.
@@ -475,18 +518,9 @@ impl CollisionAvoidance<'_> {
         self.own.state.position.squared_distance_m2(other.position) < far_m * far_m
     }
 
-    /// Distance beyond which another aircraft of a ground speed, m/s, cannot come near, m. The frame moves at `frame_m_s`
-    /// over ground.
-    pub(crate) fn reach_over_ground_m(&self, speed_m_s: f64, frame_m_s: f64) -> f64 {
-        self.reach_m(speed_m_s + frame_m_s) + SILENT_MAX_S * frame_m_s
-    }
-
     /// Distance beyond which another aircraft of a speed, m/s, cannot come near, m.
     fn reach_m(&self, speed_m_s: f64) -> f64 {
-        let old_m = SILENT_MAX_S * (DRIFT_M_S + DRIFT_M_S2 * (AHEAD_S + CLEAR_OF_OLD_S));
-        let spare_m = BUFFER_M + CLEAR_M + old_m;
-        let flown_m = self.fallbacks.airframe.uav.speed_max_m_s() * AHEAD_S + speed_m_s * (AHEAD_S + SILENT_MAX_S);
-        CLIMB_CLEAR_MINIMA * self.separation.horizontal_min_m + spare_m + flown_m
+        reach_m(self.separation, &self.fallbacks.airframe, speed_m_s)
     }
 
     /// Predicts another aircraft and sets the required distance; `None` if it is too far away to matter, at least for
@@ -497,7 +531,7 @@ impl CollisionAvoidance<'_> {
         own_course: Option<&PredictedTrajectory>,
         intent_of: impl Fn(UavId) -> Option<Intent>,
     ) -> Option<Near> {
-        let OtherAircraft { aircraft, reported_state: reported, age_s, .. } = *other;
+        let OtherAircraft { aircraft, motion: Motion { state: reported, .. }, age_s, .. } = *other;
         let age_s = age_s.min(SILENT_MAX_S);
         let (ahead_s, buffer_m, intent, pursuer) = match aircraft {
             Aircraft::Intruder(_) => (INTRUDER_AHEAD_S, INTRUDER_BUFFER_M, None, Some(reported.extrapolated(age_s))),
@@ -542,7 +576,7 @@ impl CollisionAvoidance<'_> {
 
     /// Predicted trajectory of a teammate that follows its intent, or of an aircraft without intent.
     fn predicted(&self, other: &OtherAircraft, intent: Option<Intent>) -> PredictedTrajectory {
-        let (reported, age_s) = (&other.reported_state, other.age_s.min(SILENT_MAX_S));
+        let (reported, age_s) = (&other.motion.state, other.age_s.min(SILENT_MAX_S));
         let UavState { speed_m_s, turn_rate_rad_s, .. } = *reported;
         let is_trusted =
             |intent: &Intent| (intent.command.turn_rate_rad_s - turn_rate_rad_s).abs() < TRUST_RAD_S * (1.0 + age_s);
@@ -729,8 +763,26 @@ fn avoidance(aircraft: Aircraft, predicted_distance_m: f64) -> Avoidance {
     Avoidance { aircraft, predicted_distance_m, is_left: false, is_given_up: false }
 }
 
+/// Distance beyond which another aircraft of a speed, m/s, cannot come near, m.
+fn reach_m(separation: &SeparationParams, airframe: &Airframe, speed_m_s: f64) -> f64 {
+    let old_m = SILENT_MAX_S * (DRIFT_M_S + DRIFT_M_S2 * (AHEAD_S + CLEAR_OF_OLD_S));
+    let spare_m = BUFFER_M + CLEAR_M + old_m;
+    let flown_m = airframe.uav.speed_max_m_s() * AHEAD_S + speed_m_s * (AHEAD_S + SILENT_MAX_S);
+    CLIMB_CLEAR_MINIMA * separation.horizontal_min_m + spare_m + flown_m
+}
+
+/// The same for a ground speed, in a wind, m/s.
+pub(crate) fn reach_over_ground_m(
+    separation: &SeparationParams,
+    airframe: &Airframe,
+    speed_m_s: f64,
+    wind_m_s: f64,
+) -> f64 {
+    reach_m(separation, airframe, speed_m_s + wind_m_s) + SILENT_MAX_S * wind_m_s
+}
+
 /// Lowest and highest altitude of a UAV on its way to `to_m`, m. Includes `after_s` seconds at the current climb rate.
-fn reach_m(from: Vertical, to_m: f64, after_s: f64) -> [f64; 2] {
+fn altitudes_m(from: Vertical, to_m: f64, after_s: f64) -> [f64; 2] {
     let ends_m = [to_m, from.altitude_m + from.climb_rate_m_s * after_s];
     [ends_m.into_iter().fold(from.altitude_m, f64::min), ends_m.into_iter().fold(from.altitude_m, f64::max)]
 }

@@ -98,7 +98,7 @@ fn fly_with(uav: UavParams, mut fliers: Vec<Flier>, seconds: f64, latency: usize
     for step in 0..(seconds / PERIOD_S) as usize {
         let report = |(id, flier): (u32, &Flier)| OtherAircraft {
             aircraft: Aircraft::Uav(UavId(id)),
-            reported_state: flier.state,
+            motion: steady(&flier.state),
             age_s: latency as f64 * PERIOD_S,
             manoeuvre: manoeuvres[id as usize],
         };
@@ -112,11 +112,10 @@ fn fly_with(uav: UavParams, mut fliers: Vec<Flier>, seconds: f64, latency: usize
                 let up_m = flier
                     .state
                     .vertical
-                    .zip(other.reported_state.vertical)
+                    .zip(other.motion.state.vertical)
                     .map(|(a, b)| (a.altitude_m - b.altitude_m).abs());
                 if up_m.is_none_or(|up_m| up_m < separation.vertical_min_m) {
-                    flown.closest_m =
-                        flown.closest_m.min(flier.state.position.distance_m(other.reported_state.position));
+                    flown.closest_m = flown.closest_m.min(flier.state.position.distance_m(other.motion.state.position));
                 }
             }
             let own = flier.state;
@@ -399,7 +398,7 @@ fn avoidance_keeps_to_the_geofence() {
         }
         let others = (0..3).map(|id: u32| OtherAircraft {
             aircraft: Aircraft::Uav(UavId(id)),
-            reported_state: fliers[id as usize].state,
+            motion: steady(&fliers[id as usize].state),
             age_s: 0.0,
             manoeuvre: None,
         });
@@ -462,7 +461,7 @@ fn pursued(intruder_m_s: f64, direction_deg: f64, seconds: f64) -> (f64, f64) {
             manoeuvre: None,
         };
         let (aircraft, age_s, manoeuvre) = (Aircraft::Intruder(0), 0.0, None);
-        let other = OtherAircraft { aircraft, reported_state: intruder, age_s, manoeuvre };
+        let other = OtherAircraft { aircraft, motion: steady(&intruder), age_s, manoeuvre };
         let (safe, avoided_aircraft) = avoidance.avoid(
             Intent::of(desired, own.heading, &steering),
             None,
@@ -554,9 +553,9 @@ fn an_old_report_in_wind_predicts_the_current_position() {
         };
         let now = then.extrapolated(age_s);
         let (aircraft, manoeuvre) = (Aircraft::Uav(UavId(1)), None);
-        let reported_state = wind.over_ground(&then, 0.0);
-        let in_air = OtherAircraft { aircraft, reported_state, age_s, manoeuvre }.in_air(wind, &params());
-        let predicted = in_air.reported_state.extrapolated(age_s);
+        let motion = steady(&wind.over_ground(&then, 0.0));
+        let in_air = OtherAircraft { aircraft, motion, age_s, manoeuvre }.in_air(wind, &params());
+        let predicted = in_air.motion.state.extrapolated(age_s);
         let drifted = now.position + wind.velocity * age_s;
         assert!(predicted.position.distance_m(drifted) < 1e-6, "{then:?} {wind:?} {age_s}");
         assert!((predicted.heading - now.heading).abs_rad() < 1e-9);
