@@ -33,6 +33,10 @@ const DIVISOR_MIN: f64 = 0.1;
 /// Airspeed per part of the wind across a desired course, at least: a drift of at most 65 degrees.
 const ACROSS_RESERVE: f64 = 1.1;
 
+/// Ground speed on a desired course, as a share of the nominal airspeed, which the airspeed allows for: against a strong
+/// wind, a UAV that still flies with it needs a higher airspeed than on its course.
+const GROUND_SPEED_MIN: f64 = 0.25;
+
 /// Largest heading rate per course rate: a UAV that hovers over ground turns its heading, and its course follows later.
 const HEADING_PER_COURSE_MAX: f64 = 5.0;
 
@@ -200,12 +204,12 @@ impl Wind {
     /// ground now. This is the last step of guidance, and the only one that knows the wind.
     ///
     /// The airspeed gives the desired ground speed on the course at the time when it has its effect: after the lag, in the
-    /// middle of the period. It is above the part of the wind across the desired course, so that this course is feasible
-    /// when the UAV has turned. The heading follows that of the desired course. If no airspeed within the limits makes the
+    /// middle of the period. It is high enough for the desired course, so that the UAV comes out of courses that the wind
+    /// dictates. The heading follows that of the desired course. If no airspeed within the limits makes the
     /// course feasible, the UAV turns into the wind at its highest airspeed, which keeps the drift smallest.
     pub(crate) fn air_command(self, team: &TeamParams, own: &UavState, followed: &Followed) -> LimitedCommand {
         let (uav, path) = (&team.uav, &followed.guidance);
-        let Some(least_m_s) = self.airspeed_min_on_m_s(path.course, uav.speed_max_m_s()) else {
+        let Some(least_m_s) = self.airspeed_min_on_m_s(path.course, uav) else {
             return LimitedCommand { speed_limited: true, ..self.turn_into_wind(team, own) };
         };
         let after_s = uav.speed_lag_s + 0.5 * team.log.period_s;
@@ -219,13 +223,15 @@ impl Wind {
         LimitedCommand { speed_limited, ..limited }
     }
 
-    /// Lowest airspeed with which a course is flown with a drift well below a right angle, m/s; `None` if the highest one,
-    /// m/s, is not enough.
-    fn airspeed_min_on_m_s(self, course: Angle, highest_m_s: f64) -> Option<f64> {
+    /// Lowest airspeed with which a course is flown at a ground speed well above 0 and with a drift well below a right
+    /// angle, m/s, or the highest one; `None` if the highest one does not lead along the course.
+    fn airspeed_min_on_m_s(self, course: Angle, uav: &UavParams) -> Option<f64> {
         let along = Velocity::from_polar(1.0, course).vector();
-        let across_m_s = along.perp(&self.velocity.vector()).abs();
+        let (wind, highest_m_s) = (self.velocity.vector(), uav.speed_max_m_s());
+        let across_m_s = along.perp(&wind).abs();
         let is_feasible = across_m_s < highest_m_s && self.ground_speed_m_s(along, highest_m_s) > DIVISOR_MIN;
-        is_feasible.then_some((ACROSS_RESERVE * across_m_s).min(highest_m_s))
+        let ahead_m_s = (along * (GROUND_SPEED_MIN * uav.speed_m_s) - wind).norm();
+        is_feasible.then_some(ahead_m_s.max(ACROSS_RESERVE * across_m_s).min(highest_m_s))
     }
 
     /// Turn into the wind at the highest airspeed.
