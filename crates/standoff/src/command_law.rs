@@ -17,8 +17,9 @@ use crate::output::{AgentOutput, Diagnostics, Observation, PointingTarget, Rejec
 use crate::params::{AltitudePolicy, GroupingParams, LinkModel, Pointing, SeparationParams, TeamParams};
 use crate::safety::fallback::{FallbackModel, Plan};
 use crate::safety::motion::{Flown, Motion};
+use crate::safety::other_aircraft::OtherAircraft;
 use crate::safety::predicted_trajectory::Intent;
-use crate::safety::separation::{Avoidance, CollisionAvoidance, DesiredCommands, OtherAircraft, reach_over_ground_m};
+use crate::safety::separation::{Avoidance, CollisionAvoidance, DesiredCommands, reach_over_ground_m};
 use crate::safety::zones::GeofenceSafety;
 use crate::team_state::TeamState;
 use crate::uav::{Command, LimitedCommand, UavId, UavState, Vertical};

@@ -3,7 +3,7 @@
 use crate::message::TrafficReport;
 use crate::output::{Rejected, count};
 use crate::safety::motion::Motion;
-use crate::safety::separation::OtherAircraft;
+use crate::safety::other_aircraft::OtherAircraft;
 use crate::time::{Duration, Time};
 use crate::uav::{Aircraft, UavState};
 

@@ -14,14 +14,18 @@
 //! **Selection.** If the desired command is not admissible, the UAV flies the [candidate](candidates) with the lowest
 //! cost. If none is admissible, it flies the circle that it has planned last.
 
+pub(crate) mod altitude;
 pub(crate) mod candidates;
 pub(crate) mod detour;
 pub(crate) mod fallback;
 pub(crate) mod geofence;
+pub(crate) mod joint_plan;
 pub(crate) mod motion;
+pub(crate) mod other_aircraft;
 pub(crate) mod predicted_trajectory;
 pub(crate) mod pursuer;
 pub(crate) mod room;
+pub(crate) mod selection;
 pub(crate) mod separation;
 pub(crate) mod team_geofence;
 pub(crate) mod zones;

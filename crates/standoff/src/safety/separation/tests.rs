@@ -7,9 +7,10 @@ use crate::math::PI;
 use crate::params::{ClimbParams, TeamParams, UavParams};
 use crate::safety::geofence::{Geofence, Zone, ZoneKind};
 use crate::safety::motion::Airframe;
+use crate::safety::zones::Of;
 use crate::safety::zones::tests::Drawn;
 use crate::time::Duration;
-use crate::uav::AutopilotModel;
+use crate::uav::{AutopilotModel, Vertical};
 use crate::wind::Wind;
 
 const PERIOD_S: f64 = 0.5;
