@@ -303,63 +303,73 @@ def flown(
 
 
 def test_the_turn_rate_is_feedback_plus_the_derivative_of_the_desired_heading(rng: np.random.Generator) -> None:
-    """Eq. (23), (24), (25), (28), (29): the feedforward from central differences along the flown field."""
-    n, v, k_l, k_omega, h = 25, 40.0, 0.3, 1.7, 1e-3
+    """Eq. (23), (24), (25), (28), (29): the feedforward from central differences along the motion, one lag ahead."""
+    n, v, k_l, k_omega, lag, h = 25, 40.0, 0.3, 1.7, 0.3, 1e-3
     uav, centre = rng.uniform(-800, 800, (n, 2)), rng.uniform(-99, 99, (n, 2))
     centre_velocity = rng.uniform(-14, 14, (n, 2))
     r_d, rate, heading = rng.uniform(250, 700, n), rng.uniform(-4, 4, n), rng.uniform(-9, 9, n)
     got = components.steer(
         uav, heading, centre, distance_m=r_d, rate_m_s=rate, centre_velocity_m_s=centre_velocity,
-        parameters=components.Parameters(feedforward="field", radial_gain=k_l, heading_gain_1_s=k_omega),
+        parameters=components.Parameters(radial_gain=k_l, heading_gain_1_s=k_omega, turn_rate_lag_s=lag),
     )  # fmt: skip
     for i in range(n):
         psi_d, _ = flown(uav[i], centre[i], r_d[i], centre_velocity[i], v, k_l)
         assert got.desired_heading_rad[i] == pytest.approx(psi_d, abs=1e-9)
-        velocity = v * np.array([np.cos(psi_d), np.sin(psi_d)])
+        motion = v * np.array([np.cos(heading[i]), np.sin(heading[i])])
+
+        def flown_at(t: float) -> tuple[float, float]:
+            positions = uav[i] + motion * t, centre[i] + centre_velocity[i] * t
+            return flown(*positions, r_d[i] + rate[i] * t, centre_velocity[i], v, k_l)
+
+        psi_later, relative = flown_at(lag)
 
         def heading_at(t: float) -> float:
-            positions = uav[i] + velocity * t, centre[i] + centre_velocity[i] * t
-            return flown(*positions, r_d[i] + rate[i] * t, centre_velocity[i], v, k_l)[0]
+            """At the speed relative to the centre of one lag ahead."""
+            psi, alpha_s = flown_at(t)
+            along = (v * np.array([np.cos(psi), np.sin(psi)]) - centre_velocity[i]) / alpha_s
+            track = centre_velocity[i] + relative * along
+            return float(np.arctan2(track[1], track[0]))
 
-        difference = float(wrapped(np.array(heading_at(h) - heading_at(-h)))) / (2 * h)
+        difference = float(wrapped(np.array(heading_at(lag + h) - heading_at(lag - h)))) / (2 * h)
         assert got.feedforward_rad_s[i] == pytest.approx(difference, abs=2e-6, rel=2e-5)
-        d = uav[i] - centre[i]
+        error = float(wrapped(np.array(heading[i] - psi_later)))
+        assert got.turn_rate_rad_s[i] == pytest.approx(difference - k_omega * error, abs=5e-6, rel=2e-5)
+        d, velocity = uav[i] - centre[i], v * np.array([np.cos(psi_d), np.sin(psi_d)])
         r, closing = np.hypot(*d), float(d @ (velocity - centre_velocity[i]) / np.hypot(*d))
         threshold = (r * closing - r_d[i] * rate[i]) * np.sign(r_d[i] - r)
         assert got.convergence_threshold_m2_s[i] == pytest.approx(threshold, rel=1e-9, abs=1e-6)
         assert got.centre_distance_m[i] == pytest.approx(r)
         assert got.phase_rad[i] == pytest.approx(np.arctan2(d[1], d[0]))
-    error = wrapped(heading - got.desired_heading_rad)
-    np.testing.assert_allclose(got.turn_rate_rad_s, got.feedforward_rad_s - k_omega * error, atol=1e-12)
     assert not got.centre_too_fast.any()
 
 
 def test_feedforward_as_published_and_exact() -> None:
     """Eq. (25): 0.432 rad/s inside the orbit, where the published form gives 0.048."""
     rates = {}
-    for feedforward in ("paper", "static-centre", "field"):
-        parameters = components.Parameters(feedforward=feedforward, radial_gain=1.0)
+    for feedforward in ("paper", "static-centre"):
+        parameters = components.Parameters.paper()
+        parameters = components.Parameters(parameters, feedforward=feedforward, radial_gain=1.0)
         rates[feedforward] = float(components.steer([100, 0], 0, [0, 0], distance_m=300, parameters=parameters).feedforward_rad_s)
     r, r_d, v = 100, 300, 40
     square = (r**2 + r_d**2) ** 2
     assert rates["static-centre"] == pytest.approx(4 * v * r_d**3 / square) == pytest.approx(0.432)
     assert rates["paper"] == pytest.approx(4 * v * r_d * r**2 / square) == pytest.approx(0.048)
-    assert rates["field"] == pytest.approx(rates["static-centre"])
 
 
 def test_optional_arguments_of_steer() -> None:
-    """(22) changes only the field; the current turn rate matters with its gain; the actual speed with its feedforward."""
-    field = components.Parameters(feedforward="field")
-    plain = components.steer([500, 0], 1, [0, 0], distance_m=400, rate_m_s=2, parameters=field)
+    """(22) changes only the field; the current turn rate and the actual speed matter with this project's law."""
+    paper = components.Parameters.paper()
+    plain = components.steer([500, 0], 1, [0, 0], distance_m=400, rate_m_s=2, parameters=paper)
     led = components.steer([500, 0], 1, [0, 0], distance_m=400, rate_m_s=2, steered_radius_m=406)
     other = components.steer([500, 0], 1, [0, 0], distance_m=406, rate_m_s=2)
     assert led.desired_heading_rad == other.desired_heading_rad != plain.desired_heading_rad
-    damped = components.Parameters(feedforward="field", turn_rate_gain=0.5)
-    turning = components.steer([500, 0], 1, [0, 0], distance_m=400, rate_m_s=2, turn_rate_rad_s=0.2, parameters=damped)
-    assert turning.turn_rate_rad_s == pytest.approx(
-        float(plain.turn_rate_rad_s - 0.5 * (0.2 - plain.feedforward_rad_s))
-    )
-    actual = components.Parameters(feedforward="trajectory", turn_rate_lag_s=1e-3)
+    turning = components.steer([500, 0], 1, [0, 0], distance_m=400, rate_m_s=2, turn_rate_rad_s=0.2, parameters=paper)
+    assert turning.turn_rate_rad_s == plain.turn_rate_rad_s
+    straight, turning = [
+        components.steer([500, 0], 1, [0, 0], distance_m=400, turn_rate_rad_s=rate).turn_rate_rad_s for rate in (0, 0.2)
+    ]
+    assert turning < straight
+    actual = components.Parameters(turn_rate_lag_s=1e-3)
     rates = [
         float(
             components.steer([500, 0], 1, [0, 0], distance_m=400, uav_speed_m_s=speed, parameters=actual).feedforward_rad_s
@@ -379,10 +389,9 @@ def test_the_standoff_distance_and_its_lead() -> None:
     np.testing.assert_allclose(got.rate_m_s, [0, 4, 0])
     wide = components.Parameters(field_of_view_rad=np.pi / 2, field_of_view_margin_rad=0.0, radius_min_m=1.0)
     assert components.standoff_distance(100, parameters=wide).distance_m == pytest.approx(100 * np.sqrt(2))
-    distance_m, rate_m_s = components.steered_radius([400, 260, 690], [-5, -5, 5])
+    distance_m, rate_m_s = components.steered_radius([400, 260, 690], [-5, -5, 5], parameters=components.Parameters.paper())
     assert (distance_m.tolist(), rate_m_s.tolist()) == ([385, 250, 700], [-5, 0, 0])
-    scheduled = components.Parameters(lead="scheduled")
-    assert components.steered_radius(400, 2, speed_m_s=20, parameters=scheduled)[0] == 400 + 2 * 0.2 * 400 / 20
+    assert components.steered_radius(400, 2, speed_m_s=20)[0] == 400 + 2 * 0.2 * 400 / 20
 
 
 # Parameters.
@@ -402,10 +411,10 @@ def test_parameters_are_the_recommended_ones_or_those_of_a_scenario() -> None:
         for name, value in toml[table].items():
             if name.endswith("_deg"):
                 assert np.degrees(getattr(of, name.replace("_deg", "_rad"))) == pytest.approx(value), name
-            elif name != "lead_s":
+            else:
                 assert getattr(of, name) == value and name in dir(of), name
     assert of.speed_m_s == toml["uavs"]["speed_m_s"]
-    assert of.radial_gain == 0.37 and of.lead_s == 0.0
+    assert of.radial_gain == 0.37 and of.law == "standoff"
     assert np.degrees(of.field_of_view_rad) == pytest.approx(toml["sensor"]["field_of_view_deg"])
     changed = components.Parameters(of, radial_gain=1)
     assert changed != of and components.Parameters(changed, radial_gain=0.37) == of
@@ -413,8 +422,6 @@ def test_parameters_are_the_recommended_ones_or_those_of_a_scenario() -> None:
     assert eval(repr(of), {"Parameters": components.Parameters}) == of
     assert repr(components.Parameters(radial_gain=0.5, dwell_max_s=9)) == "Parameters(dwell_max_s=9.0, radial_gain=0.5)"
     assert components.Parameters("improved/figure-9", radial_gain=0.37) == of
-    assert components.Parameters(of, lead_s=2.0).lead == "constant"
-    assert components.Parameters(lead="predicted").lead_s == 0.0
 
 
 def test_errors_about_parameters_state_the_range() -> None:
@@ -424,8 +431,7 @@ def test_errors_about_parameters_state_the_range() -> None:
         ({"radius_min_m": 800}, "radius_max_m = 700: must be at least 800"),
         ({"speed_m_s": 0}, "^speed_m_s = 0"),
         ({"orbit_direction": "left"}, "orbit_direction = 'left': must be one of \"anticlockwise\", \"clockwise\""),
-        ({"lead": "scheduled", "lead_s": 3}, 'lead_s = 3: allowed only with lead = "constant"'),
-        ({"of": components.Parameters(lead="scheduled"), "lead": "constant"}, "needs lead_s"),
+        ({"law": "oh"}, "law = 'oh': must be one of \"standoff\", \"oh-2015\""),
     ]
     for named, message in bad:
         with pytest.raises(InputError, match=message):

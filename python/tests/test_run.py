@@ -155,7 +155,7 @@ def test_a_notebook_displays_the_page() -> None:
 
 
 def test_scenarios_convert_to_and_from_dicts_and_toml() -> None:
-    scenario = standoff.Scenario("improved/figure-9", set={"uavs": {"count": 3}, "guidance.lead": "scheduled"})
+    scenario = standoff.Scenario("improved/figure-9", set={"uavs": {"count": 3}, "guidance.law": "oh-2015"})
     assert scenario.to_dict()["uavs"]["count"] == 3
     # A round trip through TOML, dicts or pickle gives the same scenario.
     for again in (

@@ -25,14 +25,14 @@ def pair() -> standoff.Scenario:
 @pytest.mark.skipif(COMMAND is None, reason="the command is neither in $STANDOFF nor in the path")
 def test_a_sweep_equals_that_of_the_command(tmp_path: Path) -> None:
     arguments = ["sweep", "paper/table-2-pair", "--set", "duration_s=20", "--set", "transient_s=5", "--runs", "3"]
-    vary = ["--vary", "sensor.range_sd_m=5..20", "--vary", "guidance.lead=constant,predicted", "--points", "4"]
+    vary = ["--vary", "sensor.range_sd_m=5..20", "--vary", "guidance.law=oh-2015,standoff", "--points", "4"]
     out = ["--points-seed", "9", "--seed", "5", "--out", str(tmp_path / "theirs"), "--json"]
-    grid = [*arguments, "--vary", "guidance.lead=constant,predicted", "--out", str(tmp_path / "grid")]
+    grid = [*arguments, "--vary", "guidance.law=oh-2015,standoff", "--out", str(tmp_path / "grid")]
     subprocess.run([str(COMMAND), *grid], check=True, capture_output=True)
-    listed = standoff.sweep(pair(), vary={"guidance.lead": ["constant", "predicted"]}, runs=3, out=tmp_path / "listed")
+    listed = standoff.sweep(pair(), vary={"guidance.law": ["oh-2015", "standoff"]}, runs=3, out=tmp_path / "listed")
     assert (listed.dir / "sweep.json").read_bytes() == (tmp_path / "grid/sweep.json").read_bytes()
     printed = subprocess.run([str(COMMAND), *arguments, *vary, *out], check=True, capture_output=True, text=True).stdout
-    axes = {"sensor.range_sd_m": "5..20", "guidance.lead": "constant,predicted"}
+    axes = {"sensor.range_sd_m": "5..20", "guidance.law": "oh-2015,standoff"}
     ours = standoff.sweep(pair(), vary=axes, points=4, points_seed=9, runs=3, seed=5, out=tmp_path / "ours")
     assert ours.to_dict() == json.loads(printed)
     for name in ("sweep.json", "sweep.parquet", "report.html", "points/3/runs.parquet"):
@@ -41,7 +41,7 @@ def test_a_sweep_equals_that_of_the_command(tmp_path: Path) -> None:
 
 
 def test_the_table_has_a_row_per_point_with_mean_and_interval() -> None:
-    axes = {"sensor.range_sd_m": np.linspace(5.0, 20.0, 2), "guidance.lead": ["constant", "predicted"]}
+    axes = {"sensor.range_sd_m": np.linspace(5.0, 20.0, 2), "guidance.law": ["oh-2015", "standoff"]}
     progress: list[tuple[int, int]] = []
     swept = standoff.sweep(
         pair(), vary=axes, runs=3, metrics="position_error_m", progress=lambda *now: progress.append(now)
@@ -50,7 +50,7 @@ def test_the_table_has_a_row_per_point_with_mean_and_interval() -> None:
     frame = swept.table.to_pandas()
     assert len(swept) == len(frame) == 4 and frame["point"].tolist() == [0, 1, 2, 3]
     assert frame["sensor.range_sd_m"].tolist() == [5.0, 5.0, 20.0, 20.0]
-    assert frame["guidance.lead"].tolist() == ["constant", "predicted"] * 2
+    assert frame["guidance.law"].tolist() == ["oh-2015", "standoff"] * 2
     statistics = swept.batch(2).metrics["position_error_m"]
     row = frame.iloc[2]
     assert row["position_error_m"] == statistics["mean"] and row["position_error_m_n"] == 3

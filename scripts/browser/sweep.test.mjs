@@ -22,7 +22,7 @@ before(() => {
     swept[out] = JSON.parse(execFileSync(process.env.STANDOFF, ["sweep", "paper/table-2-pair", ...args, ...short], options));
   };
   sweep("line", "--vary", "sensor.range_sd_m=20,5,10");
-  sweep("map", "--vary", "sensor.range_sd_m=5,20", "--vary", "guidance.lead=constant,predicted");
+  sweep("map", "--vary", "sensor.range_sd_m=5,20", "--vary", "guidance.law=oh-2015,standoff");
   sweep("hypercube", "--vary", "sensor.range_sd_m=5..20", "--vary", "uavs.count=2..4", "--points", "5");
 });
 
@@ -70,7 +70,7 @@ test("one key is a line plot with intervals, in the order of the values", () => 
 
 test("two keys of a grid are a heat map", () => opened("map", async (page) => {
   const { type, x, y, z } = await trace(page);
-  assert.deepEqual([type, x, y], ["heatmap", [5, 20], ["constant", "predicted"]]);
+  assert.deepEqual([type, x, y], ["heatmap", [5, 20], ["oh-2015", "standoff"]]);
   const [a, b, c, d] = means("map", "position_error_m");
   [z[0][0], z[1][0], z[0][1], z[1][1]].forEach((value, index) => near(value, [a, b, c, d][index]));
   await page.selectOption("#sweep-y", "mean");

@@ -3,7 +3,7 @@
 use standoff_score::{MetricSelection, Metrics};
 
 use super::claim::{shown, signed};
-use super::monte_carlo_plan::{PAPER_LAW, Plan, ScenarioVariant, file_name, measured};
+use super::monte_carlo_plan::{DEFAULT_VALUES, PAPER_LAW, PAPER_VALUES, Plan, ScenarioVariant, file_name, measured};
 use super::statistics::Estimate;
 use super::study::{Data, Study, Table};
 use crate::error::Failure;
@@ -16,24 +16,7 @@ struct Improvement {
     undo: &'static [&'static str],
 }
 
-const IMPROVEMENTS: [Improvement; 14] = [
-    Improvement { name: "feedforward of the commanded field", set: &["guidance.feedforward=field"], undo: &[] },
-    Improvement {
-        name: "feedforward along the trajectory, with turn-rate damping",
-        set: &["guidance.feedforward=trajectory", "guidance.turn_rate_gain=0.3"],
-        undo: &["guidance.feedforward=static-centre", "guidance.turn_rate_gain=0"],
-    },
-    Improvement { name: "lead scheduled to k_l r_d / v", set: &["guidance.lead=scheduled"], undo: &[] },
-    Improvement {
-        name: "lead predicted: scheduled, and applied to the predicted spread",
-        set: &["guidance.lead=predicted"],
-        undo: &["guidance.lead=constant"],
-    },
-    Improvement {
-        name: "standoff distance and rate low-pass filtered (2 s)",
-        set: &["orbit.radius_time_constant_s=2"],
-        undo: &[],
-    },
+const IMPROVEMENTS: [Improvement; 8] = [
     Improvement {
         name: "margin of 1.645 standard deviations, in metres",
         set: &["orbit.margin=standard-deviations", "orbit.margin_sds=1.645"],
@@ -49,11 +32,10 @@ const IMPROVEMENTS: [Improvement; 14] = [
         set: &["orbit.centre_jump=shift-state"],
         undo: &["orbit.centre_jump=innovation"],
     },
-    Improvement { name: "centre at the centroid of the estimates", set: &["orbit.centre=centroid"], undo: &[] },
     Improvement {
         name: "centre of the minimum enclosing circle of the estimates",
         set: &["orbit.centre=enclosing-circle"],
-        undo: &["orbit.centre=centroid"],
+        undo: &["orbit.centre=filtered", "orbit.time_constant_s=0"],
     },
     Improvement {
         name: "sensors pointed at the angular midpoint of the members",
@@ -61,8 +43,8 @@ const IMPROVEMENTS: [Improvement; 14] = [
         undo: &["orbit.pointing=group-centre"],
     },
     Improvement {
-        name: "orbit around the centroid, with motion limited to what UAVs can follow",
-        set: &["orbit.centre=centroid", "orbit.time_constant_s=1.5"],
+        name: "orbit around that circle, with motion limited to what UAVs can follow",
+        set: &["orbit.centre=enclosing-circle", "orbit.time_constant_s=1.5"],
         undo: &["orbit.time_constant_s=0"],
     },
     Improvement {
@@ -70,35 +52,13 @@ const IMPROVEMENTS: [Improvement; 14] = [
         set: &["guidance.heading_gain_1_s=1"],
         undo: &["guidance.heading_gain_1_s=2"],
     },
-    Improvement {
-        name: "speed relative to the centre",
-        set: &["guidance.speed_reference=centre"],
-        undo: &["guidance.speed_reference=ground"],
-    },
 ];
 
-/// All improvements, as in `improved/figure-9`.
-const ALL: [&str; 19] = [
-    "filter.deletion_unseen_in_view_s=2",
-    "guidance.feedforward=trajectory",
-    "guidance.heading_gain_1_s=1",
-    "guidance.turn_rate_gain=0.3",
-    "guidance.lead=predicted",
-    "guidance.speed_reference=centre",
-    "orbit.margin=standard-deviations",
-    "orbit.margin_sds=0",
-    "orbit.centre_jump=shift-state",
-    "orbit.centre=enclosing-circle",
-    "orbit.pointing=angular-midpoint",
-    "orbit.time_constant_s=1.5",
-    "orbit.acceleration_max_m_s2=2.5",
-    "orbit.readmission_radius_fraction=0.97",
-    "orbit.radius_above_turn_limit=true",
-    "groups.count=as-needed",
-    "groups.removal=largest-radius-reduction",
-    "groups.assignment_switching_cost=10",
-    "groups.search_lost_targets=true",
-];
+/// Name of the improvement that the guidance of the default law is: lead, speed and feedforward.
+const GUIDANCE: &str = "guidance: predicted lead, speed relative to the centre, feedforward along the motion";
+
+/// All improvements: the default law.
+const ALL: [&str; 1] = ["guidance.law=standoff"];
 
 /// Metrics in the tables: metric, heading.
 const SHOWN: [(&str, &str); 5] = [
@@ -127,7 +87,7 @@ pub(crate) fn improvements(plan: &Plan) -> Result<Study, Failure> {
     let mut found = Study::new(
         "improvements",
         "Beyond the paper: improvements, one at a time",
-        "Each improvement is a setting of the scenario. The tables show differences from the paper's law with the same \
+        "Each improvement is a setting of the scenario, and the guidance of the default law as a whole. The tables show differences from the paper's law with the same \
          seeds, with 95 % intervals. *True* errors use the true geometry, *own estimate* errors the agents' own \
          unfiltered (15), both after the transient. Traffic missions start from the paper's law, too, with the exact \
          (25) and the margin (16) as published.",
@@ -146,8 +106,10 @@ pub(crate) fn improvements(plan: &Plan) -> Result<Study, Failure> {
         let runs = |set: &[&str]| plan.fly(&mission.and(set), choice);
         let base = runs(&[])?;
         let mut table = gains(&format!("`{name}`: effect of each improvement on the paper's law"), &base);
+        let guidance = [&ALL[..], &PAPER_VALUES].concat();
         let rows = IMPROVEMENTS.iter().map(|improvement| (improvement.name, improvement.set));
-        for (number, (row, set)) in rows.chain([("all improvements of improved/figure-9", &ALL[..])]).enumerate() {
+        let rows = [(GUIDANCE, &guidance[..])].into_iter().chain(rows).chain([("all improvements", &ALL[..])]);
+        for (number, (row, set)) in rows.enumerate() {
             let changed = runs(set)?;
             add(&mut table, row, &base, &changed);
             data.push(numbers(index, number, &base, &changed));
@@ -169,9 +131,11 @@ pub(crate) fn improvements(plan: &Plan) -> Result<Study, Failure> {
 /// Measures `improved/table-2-pair` without each of its improvements.
 fn without_each(plan: &Plan, choice: MetricSelection, best: &[Metrics]) -> Result<Table, Failure> {
     let mut table = gains(&format!("`{IMPROVED}` without each improvement"), best);
-    for improvement in IMPROVEMENTS.iter().filter(|improvement| !improvement.undo.is_empty()) {
-        let without = plan.fly(&ScenarioVariant::of(IMPROVED, improvement.undo), choice)?;
-        add(&mut table, improvement.name, best, &without);
+    let guidance = [&PAPER_LAW[..], &DEFAULT_VALUES].concat();
+    let rows = IMPROVEMENTS.iter().map(|improvement| (improvement.name, improvement.undo));
+    let rows = [(GUIDANCE, &guidance[..])].into_iter().chain(rows).filter(|(_, undo)| !undo.is_empty());
+    for (row, undo) in rows {
+        add(&mut table, row, best, &plan.fly(&ScenarioVariant::of(IMPROVED, undo), choice)?);
     }
     Ok(table)
 }

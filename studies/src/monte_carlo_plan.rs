@@ -14,27 +14,55 @@ use standoff_sim::scenario::{Overrides, Scenario, ScenarioTemplate};
 use crate::error::Failure;
 use crate::street_traffic::Streets;
 
-/// Settings that switch a mission to the paper's law. Traffic scenarios keep their own `guidance.lead_s`.
-pub const PAPER_LAW: [&str; 19] = [
+/// Setting that switches a mission to the paper's law.
+pub const PAPER_LAW: [&str; 1] = ["guidance.law=oh-2015"];
+
+/// Values of the paper's law in which the default law differs, apart from the guidance itself.
+pub(crate) const PAPER_VALUES: [&str; 20] = [
     "filter.deletion_unseen_in_view_s=5",
     "filter.near_range_m=0",
-    "guidance.feedforward=static-centre",
-    "guidance.turn_rate_gain=0",
     "guidance.heading_gain_1_s=2",
-    "guidance.lead=constant",
-    "guidance.speed_reference=ground",
     "orbit.margin=mahalanobis",
+    "orbit.margin_sds=1.645",
     "orbit.centre_jump=innovation",
     "orbit.centre=filtered",
     "orbit.pointing=group-centre",
     "orbit.time_constant_s=0",
+    "orbit.acceleration_max_m_s2=1",
+    "orbit.closing_speed_max_m_s=10",
     "orbit.readmission_radius_fraction=0.9",
     "orbit.radius_above_turn_limit=false",
     "groups.count=half-of-uavs",
     "groups.removal=furthest-from-centre",
     "groups.assignment_switching_cost=0.5",
     "groups.search_lost_targets=false",
+    "groups.handoff_margin_m=0",
+    "groups.regrouping_period_s=0",
     "separation=false",
+];
+
+/// The same values of the default law.
+pub(crate) const DEFAULT_VALUES: [&str; 20] = [
+    "filter.deletion_unseen_in_view_s=2",
+    "filter.near_range_m=300",
+    "guidance.heading_gain_1_s=1",
+    "orbit.margin=standard-deviations",
+    "orbit.margin_sds=0",
+    "orbit.centre_jump=shift-state",
+    "orbit.centre=enclosing-circle",
+    "orbit.pointing=angular-midpoint",
+    "orbit.time_constant_s=1.5",
+    "orbit.acceleration_max_m_s2=2.5",
+    "orbit.closing_speed_max_m_s=25",
+    "orbit.readmission_radius_fraction=0.97",
+    "orbit.radius_above_turn_limit=true",
+    "groups.count=as-needed",
+    "groups.removal=largest-radius-reduction",
+    "groups.assignment_switching_cost=10",
+    "groups.search_lost_targets=true",
+    "groups.handoff_margin_m=50",
+    "groups.regrouping_period_s=30",
+    "separation={}",
 ];
 
 /// Settings for a margin in metres that replaces (16); it is not part of the paper's law.
@@ -175,7 +203,25 @@ pub(crate) fn watch(scenario: &Scenario, mut observe: impl FnMut(&Frame)) -> Res
 
 #[cfg(test)]
 mod tests {
+    use standoff::Law;
+
     use super::*;
+
+    /// With the values of the other law, only the name of the law differs from it.
+    #[test]
+    fn the_laws_differ_by_their_guidance_and_the_listed_values() {
+        let settings = |set: &[&str]| {
+            let set = set.iter().map(|edit| (*edit).to_owned()).collect();
+            Scenario::load("paper/figure-9", &Overrides { set, ..Overrides::default() }, 7).unwrap().settings
+        };
+        let own = "guidance.law=standoff";
+        let mut papers = settings(&[&[own][..], &PAPER_VALUES].concat());
+        papers.team.guidance.law = Law::Oh2015;
+        assert_eq!(papers, settings(&[]));
+        let mut default = settings(&DEFAULT_VALUES);
+        default.team.guidance.law = Law::Standoff;
+        assert_eq!(default, settings(&[own]));
+    }
 
     #[test]
     fn results_are_in_the_order_of_the_seeds() {

@@ -21,7 +21,7 @@ Examples:
   standoff compare paper/table-2-pair-basic paper/table-2-pair
   standoff compare paper/table-2-pair --set-b guidance.lead_s=0
   standoff compare mine.toml --set uavs.count=3 --set-b guidance.radial_gain=1
-  standoff compare improved/figure-9 --set-b guidance.lead_s=0 --json
+  standoff compare improved/figure-9 --set-b guidance.law=oh-2015 --json
   standoff compare batch-1 batch-2                    two monte-carlo folders
   standoff compare batch-1 batch-2 --report ab.html   write an HTML page, too";
 

@@ -58,9 +58,9 @@ impl OverrideArgs {
     }
 
     /// Converts the options to overrides and appends the values in `more`.
-    pub(crate) fn overrides_and(&self, more: &[String]) -> Result<Overrides, Failure> {
+    pub(crate) fn overrides_and(&self, more: &[&str]) -> Result<Overrides, Failure> {
         let mut overrides = self.overrides()?;
-        overrides.set.extend_from_slice(more);
+        overrides.set.extend(more.iter().map(|edit| (*edit).to_owned()));
         Ok(overrides)
     }
 

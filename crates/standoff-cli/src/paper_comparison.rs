@@ -8,9 +8,6 @@ use standoff_sim::scenario::Scenario;
 
 use crate::overrides::{DEFAULT_SCENARIO, OverrideArgs};
 
-/// Lead of the paper's law. Traffic scenarios set their own lead.
-const LEAD: &str = "guidance.lead_s=3";
-
 /// Returns the metrics of the default mission under the paper's law, with the same changes, initial positions and seed.
 /// Returns `None` if the user chose a mission or metrics: those are printed without the comparison.
 pub(crate) fn of(
@@ -25,14 +22,9 @@ pub(crate) fn of(
     {
         return Ok(None);
     }
-    let overrides = changes.overrides_and(&set())?;
+    let overrides = changes.overrides_and(&PAPER_LAW)?;
     let scenario = Scenario::load(DEFAULT_SCENARIO, &overrides, seed).map_err(Failure::Scenario)?;
     fly(&scenario, choice).map(Some).map_err(|errors| Failure::Input(format_errors(&errors)))
-}
-
-/// Returns the settings that switch a mission to the paper's law.
-fn set() -> Vec<String> {
-    PAPER_LAW.iter().chain(&[LEAD]).map(|key| (*key).to_owned()).collect()
 }
 
 #[cfg(test)]
@@ -44,14 +36,14 @@ mod tests {
     /// The initial positions stay the same, and the settings equal those of the paper's mission.
     #[test]
     fn only_the_law_differs_from_the_default_mission() {
-        let set = set();
-        let load = |name: &str, set: &[String]| {
-            Scenario::load(name, &Overrides { set: set.to_vec(), ..Overrides::default() }, 7).unwrap()
+        let load = |name: &str, set: &[&str]| {
+            let set = set.iter().map(|edit| (*edit).to_owned()).collect();
+            Scenario::load(name, &Overrides { set, ..Overrides::default() }, 7).unwrap()
         };
-        let (default, switched) = (load(DEFAULT_SCENARIO, &[]), load(DEFAULT_SCENARIO, &set));
+        let (default, switched) = (load(DEFAULT_SCENARIO, &[]), load(DEFAULT_SCENARIO, &PAPER_LAW));
         let paper = load("paper/figure-9", &[]);
         // Altitudes are simulated only with collision avoidance.
-        assert_eq!(load(DEFAULT_SCENARIO, &["separation=false".to_owned()]).uavs, switched.uavs);
+        assert_eq!(load(DEFAULT_SCENARIO, &["separation=false"]).uavs, switched.uavs);
         assert_eq!(switched.settings, paper.settings);
         assert_ne!(default.settings, paper.settings);
     }

@@ -285,7 +285,7 @@ pub(crate) fn true_centre(
     targets: impl ExactSizeIterator<Item = Position> + Clone,
 ) -> Option<Position> {
     match rule {
-        CentreEstimate::Filtered | CentreEstimate::Centroid => centroid(targets),
+        CentreEstimate::Filtered => centroid(targets),
         CentreEstimate::EnclosingCircle => EnclosingCircle::of(targets).map(|circle| circle.centre),
     }
 }
@@ -336,7 +336,7 @@ mod tests {
             let positions = positions_of(group.group);
             let mean_m = |of: fn(&Position) -> f64| positions.iter().map(of).sum::<f64>() / positions.len() as f64;
             let off = Position::from_m(mean_m(|at| at.x_m()), mean_m(|at| at.y_m())) - centre(group);
-            let mean = true_centre(CentreEstimate::Centroid, positions.iter().copied());
+            let mean = true_centre(CentreEstimate::Filtered, positions.iter().copied());
             assert!((geometry.centre_error_m(group, mean).unwrap() - off.length_m()).abs() < 1e-9);
         }
         let receiving = |uav: &&UavRow| uav.group == track.receiving_group;

@@ -574,7 +574,7 @@ mod tests {
         assert!(near(scores.standoff_error_m(&frame.uavs[1]), 500.0 - r_d_m(200.0)));
         assert!(near(scores.centre_error_m(&frame.groups[0]), 3.0));
 
-        let centroid = ScoreConfig { centre: CentreEstimate::Centroid, ..score_config.clone() };
+        let centroid = ScoreConfig { centre: CentreEstimate::Filtered, ..score_config.clone() };
         let off_m = Displacement::from_m(570.0, 50.0).length_m() - r_d_m(100.0 * 5.78f64.sqrt());
         let mut scorer = FrameScorer::new(centroid.clone());
         let scores = scorer.frame(&frame);

@@ -1,7 +1,7 @@
 //! Names of earlier versions: nothing is read under them, but an error names the current one.
 
 /// Scenario keys without the indices of arrays: earlier and current name.
-const KEYS: [(&str, &str); 46] = [
+const KEYS: [(&str, &str); 45] = [
     ("map", "basemap"),
     ("settle_s", "transient_s"),
     ("zones", "geofence"),
@@ -25,7 +25,6 @@ const KEYS: [(&str, &str); 46] = [
     ("orbit.aim", "orbit.pointing"),
     ("orbit.response_s", "orbit.time_constant_s"),
     ("orbit.approach_max_m_s", "orbit.closing_speed_max_m_s"),
-    ("orbit.smoothing_s", "orbit.radius_time_constant_s"),
     ("orbit.on_membership_change", "orbit.centre_jump"),
     ("orbit.take_back_fraction", "orbit.readmission_radius_fraction"),
     ("groups.convergence_limit_m2_s", "groups.divergence_limit_m2_s"),

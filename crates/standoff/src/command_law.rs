@@ -6,7 +6,7 @@ use crate::coordination::lost_target_search::SearchArea;
 use crate::coordination::memberships::GroupedTrack;
 use crate::frame::{Displacement, Position, Velocity};
 use crate::group_id::GroupId;
-use crate::guidance::heading::{DesiredPath, Followed, Guidance, Orbit, OrbitRelativeState, Steering};
+use crate::guidance::heading::{DesiredPath, Followed, Orbit, OrbitRelativeState, Steering};
 use crate::guidance::phase_control::{is_in_transit, phase_control_speed_m_s, phase_error_rad};
 use crate::guidance::phase_control_in_wind::phase_control_in_wind;
 use crate::guidance::sensor_pointing::{angular_midpoint, angular_midpoint_of_most};
@@ -180,7 +180,7 @@ impl CommandLaw<'_> {
         match self.wind {
             Some(wind) if own.is_finite() => wind.air_command(self.params, own, followed),
             _ => {
-                let Guidance { speed_m_s, .. } = followed.guidance;
+                let speed_m_s = followed.guidance.speed_m_s;
                 self.params.uav.limit(Command { speed_m_s, turn_rate_rad_s: followed.course_rate_rad_s() })
             }
         }
@@ -210,7 +210,7 @@ impl CommandLaw<'_> {
         };
         let detour = geofence_safety.and_then(|geofence_safety| {
             let (orbit, largest_m) = match group {
-                Some(group) => (group.orbit(self.params), group.radius_max_m),
+                Some(group) => (group.orbit(), group.radius_max_m),
                 None => (self.waiting_orbit(id, own)?, f64::INFINITY),
             };
             geofence_safety.detours.detour(&self.params.guidance, own, &orbit, self.params.uav.speed_m_s, largest_m)
@@ -290,7 +290,7 @@ impl CommandLaw<'_> {
         let on_orbit = match known {
             Some(known) => known,
             None => {
-                computed = OrbitRelativeState::of(guidance, own.position, &group.orbit(self.params));
+                computed = OrbitRelativeState::of(guidance, own.position, &group.orbit());
                 &computed
             }
         };
@@ -335,7 +335,7 @@ impl CommandLaw<'_> {
         });
         let followed = on_orbit.follow(guidance, &self.params.uav, own, limited_m_s);
         LawCommand {
-            steering: Some(on_orbit.steering(guidance, &followed, limited_m_s)),
+            steering: Some(on_orbit.steering(&followed, limited_m_s)),
             followed: followed.at_speed(desired_m_s),
             path: Some(DesiredPath { law: *guidance, orbit: *orbit, speed_m_s: limited_m_s }),
             phase_error_rad: error_rad,
@@ -440,13 +440,13 @@ impl DesiredCommands for CommandLaw<'_> {
         let on_orbit = match self.on_orbit_as_reported(teammate.uav, group) {
             Some(known) => known,
             None => {
-                let orbit = self.team_state.group(group)?.orbit(self.params);
+                let orbit = self.team_state.group(group)?.orbit();
                 computed = OrbitRelativeState::of(guidance, state.position, &orbit);
                 &computed
             }
         };
         let followed = on_orbit.follow(guidance, uav, state, speed_m_s);
-        let steering = on_orbit.steering(guidance, &followed, speed_m_s);
+        let steering = on_orbit.steering(&followed, speed_m_s);
         let command = self.air_command(state, &followed).command;
         Some(self.intent(state, command, &followed, Some(&steering)))
     }

@@ -2,6 +2,8 @@
 
 pub(crate) mod heading;
 pub(crate) mod inner_loop;
+pub(crate) mod law;
+pub(crate) mod laws;
 pub(crate) mod moving_centre;
 pub(crate) mod orbit_loop;
 pub(crate) mod orbit_motion;

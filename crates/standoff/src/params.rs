@@ -18,8 +18,8 @@ use value::{Scalar, one_line};
 pub use value::Word;
 pub use value::{ParamKind, ParamValue};
 pub use words::{
-    AltitudePolicy, CentreEstimate, CentreJump, Feedforward, GroupCount, Integrator, Law, Lead, LinkModel, Margin,
-    Objective, OrbitDirection, Pointing, RemovalRule, SpeedReference, WindBelief,
+    AltitudePolicy, CentreEstimate, CentreJump, Feedforward, GroupCount, Integrator, Law, LinkModel, Margin, Objective,
+    OrbitDirection, Pointing, RemovalRule, WindBelief,
 };
 
 /// Strongest wind that orbits or geofences allow for, m/s.
@@ -331,9 +331,6 @@ params! {
             /// Number of standard deviations for the margin `standard-deviations`; 1.645 is the one-sided 95 % quantile.
             pub(crate) margin_sds = 1.645 => 0.0, "1", "orbit.margin_sds", Allowed::at_least(0.0).at_most(100.0),
                 |group, allowed| if group.margin == Margin::StandardDeviations { allowed } else { Allowed::FINITE };
-            /// Time constant with which the commanded radius follows r_d; 0, as in the paper: immediately.
-            pub(crate) radius_time_constant_s = 0.0, "s", "orbit.radius_time_constant_s",
-                Allowed::at_least(0.0).at_most(3600.0);
             /// A target outside is admitted to a group if the orbit that includes it needs at most this fraction of the
             /// maximum radius.
             pub(crate) readmission_radius_fraction = 0.9 => 0.97, "1", "orbit.readmission_radius_fraction",
@@ -402,7 +399,7 @@ params! {
             if group.centre == CentreEstimate::Filtered && group.motion.time_constant_s > 0.0 {
                 Allowed::exactly(0.0)
                     .with_reason(
-                        "a filtered centre has its own motion model; to use this one, choose the centroid or the enclosing circle",
+                        "a filtered centre has its own motion model; to use this one, choose the enclosing circle",
                     )
                     .check("motion.time_constant_s", group.motion.time_constant_s, errors);
             }
@@ -414,14 +411,12 @@ params! {
         numbers {
             /// Gain k_l of active measure 1 (20); 1 disables the measure.
             pub(crate) radial_gain ["k_l"] = 0.2, "1", "guidance.radial_gain", Allowed::at_least(1e-3).at_most(1.0);
-            /// Lead time k_rd of active measure 2 (22) for the lead `constant`; 0 disables the measure.
-            pub(crate) lead_s ["k_rd"] = 3.0, "s", "guidance.lead_s", Allowed::at_least(0.0).at_most(100.0),
-                |guidance, allowed| if guidance.lead == Lead::Constant { allowed } else { Allowed::FINITE };
+            /// Lead time k_rd of active measure 2 (22) with the law `oh-2015`; 0 disables the measure. The law `standoff`
+            /// computes its lead.
+            pub(crate) lead_s ["k_rd"] = 3.0, "s", "guidance.lead_s", Allowed::at_least(0.0).at_most(100.0);
             /// Heading gain k_omega (24).
             pub(crate) heading_gain_1_s ["k_omega"] = 2.0 => 1.0, "1/s", "guidance.heading_gain_1_s",
                 Allowed::above(0.0).at_most(100.0);
-            /// Gain on the difference between the turn rate and the feedforward; 0, as in the paper: no damping.
-            pub(crate) turn_rate_gain = 0.0, "1", "guidance.turn_rate_gain", Allowed::at_least(0.0).at_most(100.0);
             /// Phase gain k_v (35).
             pub(crate) phase_gain_1_s ["k_v"] = 0.5, "1/s", "guidance.phase_gain_1_s",
                 Allowed::at_least(0.0).at_most(100.0);
@@ -432,12 +427,9 @@ params! {
         words {
             /// Named law.
             pub law: Law = Oh2015 => Standoff, "guidance.law";
-            /// Feedforward turn rate (25).
-            pub(crate) feedforward: Feedforward = StaticCentre => Trajectory, "guidance.feedforward";
-            /// Lead of active measure 2 (22).
-            pub(crate) lead: Lead = Constant, "guidance.lead";
-            /// Reference of the nominal speed.
-            pub(crate) speed_reference: SpeedReference = Ground, "guidance.speed_reference";
+            /// Feedforward turn rate (25) with the law `oh-2015`. That of the law `standoff` is the derivative along the
+            /// motion of the UAV.
+            pub(crate) feedforward: Feedforward = StaticCentre, "guidance.feedforward";
             /// Direction of the orbits, seen from above.
             pub orbit_direction: OrbitDirection = Anticlockwise, "guidance.orbit_direction";
         }
@@ -652,15 +644,11 @@ mod tests {
         assert_eq!(
             messages,
             ["motion.time_constant_s = 1.5: must be exactly 0 (a filtered centre has its own motion \
-                 model; to use this one, choose the centroid or the enclosing circle)"]
+                 model; to use this one, choose the enclosing circle)"]
         );
-        for centre in [CentreEstimate::Centroid, CentreEstimate::EnclosingCircle] {
-            assert!(GroupingParams { centre, ..params }.out_of_range().is_empty());
-        }
-        params.motion = MotionParams { time_constant_s: 61.0, ..params.motion };
-        assert_eq!(
-            GroupingParams { centre: CentreEstimate::Centroid, ..params }.out_of_range()[0].path,
-            "motion.time_constant_s"
-        );
+        params.centre = CentreEstimate::EnclosingCircle;
+        assert!(params.out_of_range().is_empty());
+        params.motion.time_constant_s = 61.0;
+        assert_eq!(params.out_of_range()[0].path, "motion.time_constant_s");
     }
 }

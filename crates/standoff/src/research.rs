@@ -21,8 +21,8 @@ pub use crate::guidance::standoff_distance::{Ramp, Spread, StandoffDistance, mov
 pub use crate::guidance::vector_field::{VectorField, lyapunov_m4, lyapunov_rate_m4_s};
 pub use crate::message::{CommitDigest, LogStatus, Manoeuvre, MessageSource, ReceivedRange, SnapshotRequest};
 pub use crate::params::{
-    AltitudePolicy, CentreEstimate, CentreJump, Feedforward, GroupCount, Integrator, Lead, Margin, MotionParams,
-    Objective, ParamKind, Pointing, RemovalRule, SpeedReference, WindBelief, Word,
+    AltitudePolicy, CentreEstimate, CentreJump, Feedforward, GroupCount, Integrator, Margin, MotionParams, Objective,
+    ParamKind, Pointing, RemovalRule, WindBelief, Word,
 };
 pub use crate::safety::geofence::{ZONE_ALTITUDE_MAX_M, ZONES_MAX};
 pub use crate::safety::motion::Motion;

@@ -1,11 +1,11 @@
 //! Euler's step (4) at 0.5 s: the heading loop is marginally stable, and the orbit about a stationary target is too
 //! wide.
 
-use standoff::research::{Feedforward, Integrator};
+use standoff::research::Integrator;
 use standoff::{Duration, TeamParams, UavParams};
 use standoff_view::figures::study::Plot;
 
-use super::flight::{Flight, PERIOD_S};
+use super::flight::{Flight, Form, PERIOD_S};
 use crate::claim::Claim;
 use crate::error::Failure;
 use crate::monte_carlo_plan::Plan;
@@ -38,7 +38,7 @@ pub(super) fn study_euler(_: &Plan) -> Result<Study, Failure> {
         "Mean |r - r_d| about a stationary target (m), the last third of 600 s, exact feedforward:",
         ["orbit (m)", "k_l 1: Euler", "exact step", "k_l 0.2: Euler", "exact step"],
     );
-    let flight = |radius_m, gain| Flight { radius_m, ..Flight::new(Feedforward::StaticCentre, gain) };
+    let flight = |radius_m, gain| Flight { radius_m, ..Flight::new(Form::Exact, gain) };
     for radius_m in [250.0, 400.0, 600.0] {
         let errors = [1.0, 0.2]
             .into_iter()

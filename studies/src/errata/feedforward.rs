@@ -4,7 +4,7 @@ use standoff::research::{Feedforward, VectorField, steer};
 use standoff::{Displacement, Position, TeamParams, UavState, Velocity};
 use standoff_view::figures::study::{Line, Plot};
 
-use super::flight::{Flight, orbit};
+use super::flight::{Flight, Form, orbit};
 use crate::claim::{Claim, shown};
 use crate::error::Failure;
 use crate::monte_carlo_plan::Plan;
@@ -19,8 +19,7 @@ const EVALUATED_M: [f64; 2] = [100.0, 900.0];
 /// Turn rate that counts as zero, rad/s.
 const ZERO_TOLERANCE_RAD_S: f64 = 1e-3;
 
-const FORMS: [(&str, Feedforward); 3] =
-    [("published", Feedforward::Paper), ("exact", Feedforward::StaticCentre), ("field", Feedforward::Field)];
+const FORMS: [(&str, Form); 3] = [("published", Form::Published), ("exact", Form::Exact), ("field", Form::Field)];
 
 pub(super) fn study_feedforward(_: &Plan) -> Result<Study, Failure> {
     let mut found = Study::new(

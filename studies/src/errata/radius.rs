@@ -1,10 +1,10 @@
 //! (27) neglects the motion of the centre: about a moving centre the smallest feasible orbit is larger.
 
 use standoff::TeamParams;
-use standoff::research::{Feedforward, moving_centre_limit_m, turn_limit_m};
+use standoff::research::{moving_centre_limit_m, turn_limit_m};
 use standoff_view::figures::study::Plot;
 
-use super::flight::Flight;
+use super::flight::{Flight, Form};
 use crate::claim::Claim;
 use crate::error::Failure;
 use crate::monte_carlo_plan::Plan;
@@ -28,7 +28,7 @@ pub(super) fn study_radius(_: &Plan) -> Result<Study, Failure> {
     let published_m = turn_limit_m(uav.speed_m_s, 0.0, uav.turn_rate_max_rad_s);
     let limit_m = |centre_m_s: f64| moving_centre_limit_m(uav.speed_m_s, centre_m_s, uav.turn_rate_max_rad_s);
     let error_m = |centre_speed_m_s: f64, radius_m: f64| {
-        Flight { centre_speed_m_s, radius_m, ..Flight::new(Feedforward::Field, 1.0) }.largest_error_m()
+        Flight { centre_speed_m_s, radius_m, ..Flight::new(Form::Field, 1.0) }.largest_error_m()
     };
     let mut rows = Vec::new();
     for centre_m_s in (0..=20).map(f64::from) {

@@ -86,7 +86,7 @@ fn invalid_scenarios_are_refused() {
     check_scenario(&with("about = \"\u{1b}[2J\""), &["f.toml:1:10"]);
     check_scenario(&with("\"\\u001b[2J\\u202e\" = 3"), &["\\u{1b}[2J\\u{202e}: there is no such key"]);
     check_scenario(&with("[uavs]\n\"a.\\n\\u001b.b\" = 3"), &["uavs.a.\\n\\u{1b}.b: there is no such key"]);
-    check_scenario(&with("[guidance]\nlead = \"\\u001b[2J\""), &["guidance.lead = \"\\u{1b}[2J\": must be"]);
+    check_scenario(&with("[guidance]\nlaw = \"\\u001b[2J\""), &["guidance.law = \"\\u{1b}[2J\": must be"]);
     check_scenario(&with("about = \"a\\u001b[2J\""), &["about = \"a\\u{1b}[2J\": must be one line"]);
     check_scenario(
         &with("duration = 3 # \u{9b}2J\u{85}\u{2028}\u{2029}\u{202a}\u{2066}\u{feff}"),

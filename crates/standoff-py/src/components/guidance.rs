@@ -69,7 +69,7 @@ pub(crate) fn standoff_distance(
 /// :param rate_m_s: shape (...), rate of r_d, m/s.
 /// :param speed_m_s: shape (...), speed relative to the centre, on which the lead time may depend, m/s; speed_m_s of
 ///     the parameters by default.
-/// :param parameters: uses lead, lead_s, radial_gain, radius_min_m, radius_max_m; ``Parameters()`` by default.
+/// :param parameters: uses law, lead_s, radial_gain, radius_min_m, radius_max_m; ``Parameters()`` by default.
 /// :returns: radius, shape (...), m, and its rate, shape (...), m/s; the rate is 0 at a bound.
 /// :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
 #[pyfunction]
@@ -135,12 +135,10 @@ pub(crate) struct Steering {
 /// :param steered_rate_m_s: shape (...), rate of that radius, m/s; rate_m_s by default.
 /// :param centre_velocity_m_s: shape (..., 2), velocity of the centre, east and north, m/s; 0 by default.
 /// :param speed_m_s: shape (...), commanded ground speed, m/s; speed_m_s of the parameters by default.
-/// :param uav_speed_m_s: shape (...), current speed, m/s, used only by the feedforward ``"trajectory"``; speed_m_s by
-///     default.
-/// :param turn_rate_rad_s: shape (...), current turn rate, rad/s, used only by the feedforward ``"trajectory"`` and if
-///     turn_rate_gain > 0; 0 by default.
-/// :param parameters: uses orbit_direction, radial_gain, speed_reference, heading_gain_1_s, turn_rate_gain,
-///     turn_rate_lag_s, feedforward, speed_m_s; ``Parameters()`` by default.
+/// :param uav_speed_m_s: shape (...), current speed, m/s, used only by the law ``"standoff"``; speed_m_s by default.
+/// :param turn_rate_rad_s: shape (...), current turn rate, rad/s, used only by the law ``"standoff"``; 0 by default.
+/// :param parameters: uses law, orbit_direction, radial_gain, heading_gain_1_s, turn_rate_lag_s, feedforward, speed_m_s;
+///     ``Parameters()`` by default.
 /// :returns: the turn rate and its intermediate values.
 /// :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
 #[pyfunction]

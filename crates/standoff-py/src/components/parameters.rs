@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 #[cfg(feature = "stubs")]
 use pyo3::{PyTypeInfo, type_hint_union};
-use standoff::research::{Lead, ParamKind};
+use standoff::research::ParamKind;
 use standoff::{LinkModel, ParamInfo, ParamValue, TeamParams};
 
 use crate::common_args::{Whole, count};
@@ -40,8 +40,8 @@ impl<'py> FromPyObject<'_, 'py> for Source<'py> {
 /// :param of: source of the parameters that are not given: other parameters, a :class:`standoff.Scenario`, the name of
 ///     a built-in scenario or the path of a scenario file; by default the recommended values.
 /// :param seed: seed for a scenario with random parameters; 1 by default.
-/// :param changes: parameters by name: numbers, words or truth values. If only ``lead_s`` is given, ``lead`` becomes
-///     ``"constant"``; ``lead_s`` is 0 for the other kinds of lead.
+/// :param changes: parameters by name: numbers, words or truth values. ``law`` changes only the guidance, not the other
+///     parameters; :meth:`paper` gives all of the law ``"oh-2015"``.
 /// :raises InputError: if a value is out of range; the message gives the range.
 /// :raises ScenarioError: if the scenario is invalid.
 #[pyclass(frozen, eq, module = "standoff.components")]
@@ -65,9 +65,6 @@ impl Parameters {
     fn of_team(team: TeamParams) -> Self {
         let mut team = TeamParams { link: LinkModel::Ideal, separation: None, ..team };
         (team.uav.climb, team.uav.bank, team.wind) = (None, None, None);
-        if team.guidance.lead != Lead::Constant {
-            team.guidance.lead_s = 0.0;
-        }
         Self(team)
     }
 
@@ -146,7 +143,6 @@ impl Parameters {
                 }
             },
         };
-        let was_constant = parameters.0.guidance.lead == Lead::Constant;
         let mut given = Vec::new();
         for (name, value) in changes.into_iter().flatten().filter(|(_, value)| !value.is_none()) {
             let name: String = name.extract()?;
@@ -154,22 +150,6 @@ impl Parameters {
             given.push(name);
         }
         let is_given = |name: &str| given.iter().any(|given| given == name);
-        let guidance = &mut parameters.0.guidance;
-        if is_given("lead_s") && !is_given("lead") {
-            guidance.lead = Lead::Constant;
-        }
-        match guidance.lead {
-            Lead::Constant if !was_constant && !is_given("lead_s") => {
-                return Err(InputError::new_err("lead = \"constant\": needs lead_s, in seconds"));
-            }
-            Lead::Constant => {}
-            _ if is_given("lead_s") && guidance.lead_s != 0.0 => {
-                let lead_s = guidance.lead_s;
-                return Err(InputError::new_err(format!("lead_s = {lead_s}: allowed only with lead = \"constant\"")));
-            }
-            // The value of an earlier constant lead is dropped.
-            _ => guidance.lead_s = 0.0,
-        }
         parameters.check(is_given)?;
         Ok(parameters)
     }

@@ -1,7 +1,7 @@
 //! Warnings about settings that cannot have the effect that their keys promise.
 
-use standoff::TeamParams;
-use standoff::research::{AltitudePolicy, Feedforward, Integrator, Lead, math};
+use standoff::research::{AltitudePolicy, Integrator, math};
+use standoff::{Law, TeamParams};
 
 use super::resolved::{Settings, Targets};
 use crate::traffic::Vehicle;
@@ -12,7 +12,7 @@ pub(super) fn warnings(settings: &Settings, targets: &Targets) -> Vec<String> {
     let all = [
         heading_loop(settings),
         orbit_loop(settings),
-        negative_lead(team),
+        options_of_the_papers_law(team),
         turning_circle(team, targets),
         bank_limit(settings),
         pair_on_orbit(settings),
@@ -41,9 +41,9 @@ fn orbit_loop(settings: &Settings) -> Option<String> {
     let team = &settings.team;
     let radius_m = smallest_orbit_m(team);
     let modulus = team.orbit_loop_spectral_radius(radius_m, settings.period);
-    let remedy = match team.guidance.feedforward {
-        Feedforward::Trajectory => "a shorter period_s or a larger guidance.radial_gain",
-        _ => "guidance.feedforward = \"trajectory\"",
+    let remedy = match team.guidance.law {
+        Law::Standoff => "a shorter period_s or a larger guidance.radial_gain",
+        Law::Oh2015 => "guidance.law = \"standoff\"",
     };
     (modulus > 1.0 - 1e-6 && heading_loop(settings).is_none()).then(|| {
         format!(
@@ -53,20 +53,18 @@ fn orbit_loop(settings: &Settings) -> Option<String> {
     })
 }
 
-/// The constant lead cannot be negative, and no other lead uses the key.
-fn negative_lead(team: &TeamParams) -> Option<String> {
-    let lead = match team.guidance.lead {
-        Lead::Constant => return None,
-        Lead::Scheduled => "scheduled",
-        Lead::Predicted => "predicted",
-    };
-    let lead_s = team.guidance.lead_s;
-    (lead_s < 0.0).then(|| {
-        format!(
-            "guidance.lead_s = {lead_s} has no effect with guidance.lead = \"{lead}\", which computes the lead; the lead \
-             \"constant\" uses it, from 0 to 100"
-        )
-    })
+/// This project's law computes its lead and its feedforward.
+fn options_of_the_papers_law(team: &TeamParams) -> Option<String> {
+    let (guidance, default) = (&team.guidance, TeamParams::of_law(Law::Standoff).guidance);
+    let keys = [
+        ("guidance.lead_s", guidance.lead_s != default.lead_s),
+        ("guidance.feedforward", guidance.feedforward != default.feedforward),
+    ];
+    let (key, _) = keys.into_iter().find(|(_, is_set)| *is_set && guidance.law == Law::Standoff)?;
+    Some(format!(
+        "{key} has no effect with guidance.law = \"standoff\", which computes the lead and the feedforward; the law \
+         \"oh-2015\" uses it"
+    ))
 }
 
 /// Radius of the smallest orbit that UAVs can fly about a centre at rest, m.
@@ -186,21 +184,16 @@ mod tests {
                 "no orbit can be flown: uavs.speed_m_s = 40 at uavs.turn_rate_max_rad_s = 0.3 needs more speed about a target at 60.",
             ),
             (
-                &["guidance.heading_gain_1_s=1", "orbit.radius_min_m=190"],
-                "UAVs do not settle on the smallest orbits, of 190 m: the largest eigenvalue of the guidance loop has modulus 1.0",
+                &["guidance.law=oh-2015", "guidance.radial_gain=1", "guidance.heading_gain_1_s=0.1"],
+                "UAVs do not settle on the smallest orbits, of 250 m: the largest eigenvalue of the guidance loop has modulus 1.0",
             ),
-            (
-                &["guidance.heading_gain_1_s=1", "guidance.feedforward=trajectory", "period_s=1.2"],
-                "UAVs do not settle on the smallest orbits, of 250 m: ",
-            ),
+            (&["period_s=1.2"], "UAVs do not settle on the smallest orbits, of 250 m: "),
             (
                 &[separation, "guidance.desired_phase_deg=73"],
                 "separation.horizontal_min_m = 300 is more than the 297 m",
             ),
-            (
-                &["guidance.lead=predicted", "guidance.lead_s=-3"],
-                "guidance.lead_s = -3 has no effect with guidance.lead = \"predicted\"",
-            ),
+            (&["guidance.lead_s=0"], "guidance.lead_s has no effect with guidance.law = \"standoff\""),
+            (&["guidance.feedforward=paper"], "guidance.feedforward has no effect with guidance.law = \"standoff\""),
             (&["filter.acceleration_sd_m_s2=0"], "filter.acceleration_sd_m_s2 = 0, but targets accelerate"),
         ] {
             let warnings = warnings(changes);
@@ -208,9 +201,10 @@ mod tests {
         }
         for changes in [
             &["uavs.speed_m_s=75"][..],
-            &["guidance.heading_gain_1_s=1", "orbit.radius_min_m=210"],
-            &["guidance.heading_gain_1_s=1", "orbit.radius_min_m=190", "guidance.feedforward=trajectory"],
-            &["guidance.lead=predicted", "guidance.lead_s=0"],
+            &["guidance.law=oh-2015", "guidance.radial_gain=1", "guidance.heading_gain_1_s=0.2"],
+            &["guidance.radial_gain=1", "guidance.heading_gain_1_s=0.1"],
+            &["guidance.lead_s=3", "guidance.feedforward=static-centre"],
+            &["guidance.law=oh-2015", "guidance.lead_s=0", "guidance.feedforward=paper"],
             &[separation, "guidance.desired_phase_deg=74"],
             &[separation, "guidance.desired_phase_deg=73", "groups.altitude_policy=per-uav"],
             &["filter.acceleration_sd_m_s2=0", "targets.acceleration_sd_m_s2=0"],

@@ -10,8 +10,7 @@ use standoff_sim::run::fly;
 const TOUR: &str = "tour/12-wind";
 const PAIR: &str = "improved/table-2-pair";
 /// An airspeed of 23 m/s, from 16 to 30 m/s, and an orbit that is wide enough in all winds of these tests.
-const UAVS: [&str; 4] =
-    ["uavs.speed_m_s=23", "uavs.speed_change_max_m_s=7", "orbit.radius_min_m=400", "guidance.speed_reference=centre"];
+const UAVS: [&str; 3] = ["uavs.speed_m_s=23", "uavs.speed_change_max_m_s=7", "orbit.radius_min_m=400"];
 const AT_REST: [&str; 2] = ["targets.random.vx_m_s=0", "targets.random.vy_m_s=0"];
 
 fn metrics(set: &[&str], seed: u64) -> Metrics {

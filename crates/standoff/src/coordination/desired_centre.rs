@@ -31,9 +31,9 @@ impl DesiredCentre {
     ) -> Option<Self> {
         let (mean, members) = mean_state(places.clone().map(|index| known[index].estimate()))?;
         Some(match rule {
-            CentreEstimate::Filtered | CentreEstimate::Centroid => Self { state: mean, members, circle: None },
+            CentreEstimate::Filtered => Self { state: mean, members, circle: None },
             CentreEstimate::EnclosingCircle => {
-                let (centre, spread) = circle_in(0.0, places.map(|index| known[index].estimate().state))?;
+                let (centre, spread) = circle_of(places.map(|index| known[index].estimate().state))?;
                 let state = TargetState::new(centre, mean.velocity(), mean.acceleration_m_s2());
                 Self { state, members, circle: Some(spread) }
             }
@@ -67,10 +67,9 @@ impl DesiredCentre {
     }
 }
 
-/// Centre of the minimum enclosing circle of the targets `in_s` seconds from now, if they keep their velocities; also
-/// its radius and the rate of the radius.
-pub(crate) fn circle_in(in_s: f64, targets: impl Iterator<Item = TargetState> + Clone) -> Option<(Position, Spread)> {
-    let circle = EnclosingCircle::of(targets.clone().map(|target| target.position() + target.velocity() * in_s))?;
+/// Centre of the minimum enclosing circle of the targets, its radius and the rate of the radius.
+fn circle_of(targets: impl Iterator<Item = TargetState> + Clone) -> Option<(Position, Spread)> {
+    let circle = EnclosingCircle::of(targets.clone().map(|target| target.position()))?;
     let velocity = |number: usize| targets.clone().nth(number).map_or(Velocity::ZERO, |target| target.velocity());
     let rate_m_s = circle.motion(velocity).radius_rate_m_s;
     Some((circle.centre, Spread { distance_m: circle.radius_m, rate_m_s }))
@@ -108,11 +107,8 @@ mod tests {
         assert_eq!(desired.spread(&furthest, &desired.state), Spread { distance_m: 100.0, rate_m_s: 3.0 });
         // The last of the targets on the circle.
         assert_eq!(desired.furthest(&known, 0..3), Some(2));
-        // Ten seconds later, the outer two are 260 m apart.
-        let later = circle_in(10.0, known.iter().map(|known| known.estimate().state)).unwrap();
-        assert_eq!(later, (Position::from_m(80.0, 0.0), Spread { distance_m: 130.0, rate_m_s: 3.0 }));
-        let centroid = DesiredCentre::of(CentreEstimate::Centroid, &known, 0..3).unwrap();
-        assert_eq!((centroid.state.position(), centroid.circle), (Position::from_m(70.0, 2.0), None));
+        let mean = DesiredCentre::of(CentreEstimate::Filtered, &known, 0..3).unwrap();
+        assert_eq!((mean.state.position(), mean.circle), (Position::from_m(70.0, 2.0), None));
     }
 
     /// With a further target at the reach, in any direction, the circle is at least as large as the orbit allows.

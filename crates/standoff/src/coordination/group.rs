@@ -3,18 +3,19 @@
 use nalgebra::{Matrix2, Vector6};
 
 use crate::angle::Angle;
-use crate::coordination::desired_centre::{DesiredCentre, circle_in};
+use crate::coordination::desired_centre::DesiredCentre;
 use crate::coordination::event::EventKind;
 use crate::coordination::group_centre::{Centroid, GroupCentre, mean_position_covariance, relative_covariance};
 use crate::coordination::memberships::GroupedTrack;
-use crate::coordination::spread::{furthest_from, margin_m, spread_in};
+use crate::coordination::spread::{furthest_from, margin_m};
 use crate::frame::{Displacement, Position};
 use crate::group_id::GroupId;
 use crate::guidance::heading::{Orbit, OrbitRelativeState};
+use crate::guidance::law::GroupOrbit;
 use crate::guidance::orbit_motion::OrbitMotion;
 use crate::guidance::standoff_distance::{self, Ramp, Spread, StandoffDistance};
 use crate::math::TAU;
-use crate::params::{CentreEstimate, CentreJump, GroupingParams, Lead, Margin, TeamParams};
+use crate::params::{CentreEstimate, CentreJump, GroupingParams, Margin, TeamParams};
 use crate::safety::geofence::{Geofence, ZoneKind, ZoneSet};
 use crate::target::Transition;
 use crate::time::Duration;
@@ -42,8 +43,8 @@ pub struct Group {
     pub standoff: StandoffDistance,
     #[cfg(not(feature = "research"))]
     pub(crate) standoff: StandoffDistance,
-    /// Low-passed standoff distance; with [`Lead::Predicted`], that of the predicted standoff distance.
-    pub(crate) smoothed_radius: Ramp,
+    /// Radius that the UAVs steer for (22).
+    pub(crate) steered: Ramp,
     /// Smallest radius at which a UAV can turn around this centre, m; infinite if the centre is as fast as a UAV can
     /// fly.
     pub(crate) turn_limit_m: f64,
@@ -79,8 +80,6 @@ struct SinceLastStep {
     dt: Duration,
     /// Motion of the orbit; its centre has been advanced already, its radius not yet.
     flown: Option<OrbitMotion>,
-    /// Low-passed radius of the last time step.
-    smoothed: Option<Ramp>,
 }
 
 /// Active alerts of a group as a whole.
@@ -148,11 +147,6 @@ impl Group {
         self.margin_m
     }
 
-    /// Low-passed standoff distance; with [`Lead::Predicted`], that of the predicted standoff distance.
-    pub fn smoothed_radius(&self) -> Ramp {
-        self.smoothed_radius
-    }
-
     /// Smallest radius at which a UAV can turn around this centre, m; infinite if the centre is as fast as a UAV can
     /// fly.
     pub fn turn_limit_m(&self) -> f64 {
@@ -168,15 +162,15 @@ impl Group {
 impl Group {
     /// True if the orbit's numbers are possible.
     pub(crate) fn is_valid(&self) -> bool {
-        let Self { spread, margin_m, standoff, smoothed_radius: smoothed, altitude_m, .. } = self;
+        let Self { spread, margin_m, standoff, steered, altitude_m, .. } = self;
         let numbers = [
             spread.distance_m,
             spread.rate_m_s,
             *margin_m,
             standoff.distance_m,
             standoff.rate_m_s,
-            smoothed.radius_m,
-            smoothed.rate_m_s,
+            steered.radius_m,
+            steered.rate_m_s,
             *altitude_m,
         ];
         self.centre.is_valid() && numbers.iter().all(|number| number.is_finite()) && standoff.distance_m > 0.0
@@ -200,7 +194,7 @@ impl Group {
             spread: Spread::default(),
             margin_m: 0.0,
             standoff: StandoffDistance::default(),
-            smoothed_radius: Ramp::default(),
+            steered: Ramp::default(),
             turn_limit_m: 0.0,
             radius_min_m: 0.0,
             radius_max_m: 0.0,
@@ -255,10 +249,10 @@ impl Group {
         match team.group.centre {
             CentreEstimate::Filtered if is_valid => {}
             CentreEstimate::Filtered => self.centre = GroupCentre::start(&Centroid::of(estimates)?)?,
-            CentreEstimate::Centroid | CentreEstimate::EnclosingCircle if !filters => {
+            CentreEstimate::EnclosingCircle if !filters => {
                 self.centre = self.centre.with_centre_at(&desired.state);
             }
-            CentreEstimate::Centroid | CentreEstimate::EnclosingCircle => {
+            CentreEstimate::EnclosingCircle => {
                 let innovation_distance = if is_valid { self.centre.innovation_distance } else { 0.0 };
                 self.centre = GroupCentre::at(&Centroid::of(estimates)?.at(&desired.state), innovation_distance)?;
             }
@@ -269,8 +263,7 @@ impl Group {
         if let Some(flown) = &flown {
             self.centre = self.centre.with_centre_at(&flown.state());
         }
-        let smoothed = (is_unchanged || flown.is_some()).then_some(self.smoothed_radius);
-        let since = SinceLastStep { dt: transition.dt, flown, smoothed };
+        let since = SinceLastStep { dt: transition.dt, flown };
         self.fit_orbit(&desired, &centroid_m2, known, members, since, team)
     }
 
@@ -282,7 +275,7 @@ impl Group {
         centroid_m2: &Matrix2<f64>,
         known: &[GroupedTrack],
         members: impl Iterator<Item = usize> + Clone,
-        SinceLastStep { dt, flown, smoothed }: SinceLastStep,
+        SinceLastStep { dt, flown }: SinceLastStep,
         team: &TeamParams,
     ) -> Option<()> {
         let (params, uav, sensor) = (&team.group, &team.uav, &team.track.sensor);
@@ -302,35 +295,11 @@ impl Group {
         let turn_limit_m = flown.map_or(turn_limit_m, |flown| flown.turn_limit_m);
         let bounds = team.orbit_bounds(turn_limit_m);
         let mut standoff = bounds.distance(spread, margin_m, sensor);
+        let flown = flown.map(|flown| flown.with_radius(standoff.distance_m, &bounds, &params.motion, dt.s()));
         if let Some(flown) = flown {
-            let flown = flown.with_radius(standoff.distance_m, &bounds, &params.motion, dt.s());
             (standoff.distance_m, standoff.rate_m_s) = (flown.radius_m, flown.rate_m_s);
         }
-        let steered = match team.guidance.lead {
-            Lead::Constant | Lead::Scheduled => standoff,
-            Lead::Predicted => {
-                let lead_s = team.guidance.lead_s(standoff.distance_m, uav.speed_m_s);
-                match flown {
-                    None => {
-                        let states = members.map(|index| known[index].estimate().state);
-                        let expected = match params.centre {
-                            CentreEstimate::EnclosingCircle => circle_in(lead_s, states)?.1,
-                            CentreEstimate::Filtered | CentreEstimate::Centroid => spread_in(lead_s, states, &at),
-                        };
-                        bounds.distance(expected, margin_m, sensor)
-                    }
-                    // By then, the orbit is still moving towards the predicted standoff distance.
-                    Some(_) => {
-                        let expected = bounds.distance(spread.after(lead_s), margin_m, sensor).distance_m;
-                        let now = OrbitMotion::start(&at, &standoff, turn_limit_m);
-                        let OrbitMotion { radius_m: distance_m, rate_m_s, .. } =
-                            now.with_radius(expected, &bounds, &params.motion, lead_s);
-                        StandoffDistance { distance_m, rate_m_s, ..standoff }
-                    }
-                }
-            }
-        };
-        self.smoothed_radius = Ramp::low_passed(smoothed, &steered, params.radius_time_constant_s, dt.s());
+        self.steered = team.guidance.law().steered(&GroupOrbit { team, bounds, spread, margin_m, standoff, flown });
         self.turn_limit_m = match params.radius_above_turn_limit {
             true => turn_limit_m,
             // As in the paper: (27) at the present rate.
@@ -457,15 +426,8 @@ impl Group {
 
     /// Returns the orbit around this group.
     #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn orbit(&self, team: &TeamParams) -> Orbit {
-        let steered = match team.guidance.lead {
-            Lead::Predicted => self.smoothed_radius,
-            Lead::Constant | Lead::Scheduled => {
-                let lead_s = team.guidance.lead_s(self.standoff.distance_m, team.uav.speed_m_s);
-                self.smoothed_radius.with_lead(lead_s, &team.orbit_bounds(self.turn_limit_m))
-            }
-        };
-        Orbit::about(&self.centre.estimate().state, &self.standoff, steered)
+    pub(crate) fn orbit(&self) -> Orbit {
+        Orbit::about(&self.centre.estimate().state, &self.standoff, self.steered)
     }
 }
 

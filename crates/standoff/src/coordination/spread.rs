@@ -4,19 +4,7 @@ use nalgebra::Matrix2;
 
 use crate::coordination::memberships::GroupedTrack;
 use crate::frame::{Displacement, Position};
-use crate::guidance::standoff_distance::Spread;
 use crate::params::{GroupingParams, Margin, SensorParams};
-use crate::target::TargetState;
-
-/// Maximum spread of the members around their centre `in_s` seconds from now, if they keep their velocities.
-pub(crate) fn spread_in(in_s: f64, members: impl Iterator<Item = TargetState>, centre: &TargetState) -> Spread {
-    let later = |state: &TargetState| {
-        TargetState::new(state.position() + state.velocity() * in_s, state.velocity(), [0.0, 0.0])
-    };
-    let centre = later(centre);
-    let spreads = members.map(|member| Spread::of(&later(&member), &centre));
-    spreads.max_by(|a, b| a.distance_m.total_cmp(&b.distance_m)).unwrap_or_default()
-}
 
 /// Margin d_m: as published (16), interpreted as metres, or in metres from the covariance of the furthest member's
 /// position relative to the centroid, m2.
@@ -69,22 +57,4 @@ pub(crate) fn furthest_from(
         (most_m2.max(squared_m2), if is_as_far { index } else { furthest })
     });
     furthest.map(|(_, index)| index)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::frame::Velocity;
-
-    /// One member is stationary at 100 m, another moves outwards from 90 m at 5 m/s: in 4 s it is the furthest, at 110
-    /// m.
-    #[test]
-    fn the_predicted_spread_is_that_of_the_member_furthest_by_then() {
-        let member =
-            |x_m, vx_m_s| TargetState::new(Position::from_m(x_m, 0.0), Velocity::from_m_s(vx_m_s, 0.0), [0.0, 0.0]);
-        let centre = TargetState::new(Position::ORIGIN, Velocity::ZERO, [0.0, 0.0]);
-        let spread = |in_s| spread_in(in_s, [member(-100.0, 0.0), member(90.0, 5.0)].into_iter(), &centre);
-        assert_eq!(spread(0.0), Spread { distance_m: 100.0, rate_m_s: 0.0 });
-        assert_eq!(spread(4.0), Spread { distance_m: 110.0, rate_m_s: 5.0 });
-    }
 }

@@ -1,31 +1,23 @@
-//! Heading control: turn rate command from a desired heading, by feedback plus feedforward (23-25).
+//! Heading control: turn rate command that follows a guidance law, by feedback plus feedforward (23-25).
 //!
 //! ```text
 //! u_omega = -k_omega (psi - psi_d) + psi_d'                                             Eq. (24)
-//! psi_d'  = 4 v r_d r^2 / (r^2 + r_d^2)^2 - 2 r r_d' / (r^2 + r_d^2)                    Eq. (25), published
-//! psi_d'  = 4 v r_d^3   / (r^2 + r_d^2)^2 - 2 r r_d' / (r^2 + r_d^2)                    exact
 //! ```
 //!
-//! Erratum: the published form is the derivative of the field's heading only on the orbit (r = r_d). The exact form is
-//! correct everywhere for the field (13) around a stationary centre. The flown field also includes k_l, a virtual
-//! radius and a moving centre; the third form ([`Feedforward::Field`]) differentiates that field along itself. The
-//! fourth form ([`Feedforward::Trajectory`]) differentiates it along the motion of the UAV.
-//!
-//! A law ([`OrbitRelativeState::guide`]) returns course, turn rate and speed over ground, from the orbit and from position
-//! and velocity of the UAV alone. [`OrbitRelativeState::steer`] follows it: a kinematic UAV by (24), evaluated along the
-//! trajectory for the state one turn rate lag ahead, so that the lag has no effect on the loop (see
-//! [`orbit_loop`](super::orbit_loop)); a UAV that banks as its [inner loop](super::inner_loop) does between two
-//! decisions.
+//! A [law](super::law) returns course, turn rate and speed over ground, from the orbit and from position and velocity of
+//! the UAV alone. [`OrbitRelativeState::steer`] follows it: a kinematic UAV by (24), a UAV that banks as its
+//! [inner loop](super::inner_loop) does between two decisions.
 
 use nalgebra::Vector2;
 
 use crate::angle::Angle;
 use crate::frame::{Displacement, Position, Velocity};
 use crate::guidance::inner_loop::InnerLoopGains;
+use crate::guidance::law::Guidance;
 use crate::guidance::moving_centre::{self, GroundTrack};
 use crate::guidance::standoff_distance::{Ramp, StandoffDistance};
 use crate::guidance::vector_field::{FieldAt, PolarMotion, VectorField, convergence_threshold_m2_s};
-use crate::params::{Feedforward, GuidanceParams, Lead, SpeedReference, UavParams};
+use crate::params::{GuidanceParams, UavParams};
 use crate::target::TargetState;
 use crate::uav::{Command, UavState};
 
@@ -35,18 +27,6 @@ impl GuidanceParams {
             radius_m: orbit.steered.radius_m,
             radial_gain: self.radial_gain,
             orbit_direction: self.orbit_direction,
-        }
-    }
-
-    /// Returns the lead k_rd, s, on an orbit of `radius_m` that is flown at `speed_m_s` relative to its centre.
-    ///
-    /// Near the orbit the field closes in at r' = -(v / (k_l r_d)) (r - r_d), by Eq. (14) with (20). Therefore a ramp
-    /// of r_d is followed with a lag of k_l r_d / v.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn lead_s(&self, radius_m: f64, speed_m_s: f64) -> f64 {
-        match self.lead {
-            Lead::Constant => self.lead_s,
-            Lead::Scheduled | Lead::Predicted => self.radial_gain * radius_m / speed_m_s,
         }
     }
 }
@@ -89,21 +69,6 @@ impl Orbit {
             steered,
         }
     }
-}
-
-/// Where a law leads a UAV, over ground. It does not depend on wind, lags or the autopilot.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Guidance {
-    /// Desired course psi_d (23).
-    pub course: Angle,
-    /// Turn rate of the path, its curvature times the speed, rad/s, positive to the left (25).
-    pub turn_rate_rad_s: f64,
-    /// Ground speed, m/s.
-    pub speed_m_s: f64,
-    /// Distance of the UAV to the right of the path, m: outside an anticlockwise orbit, inside a clockwise one.
-    pub right_of_path_m: f64,
-    /// Rate a at which a UAV that follows the law comes nearer to the path, 1/s: d' = -a d; on an orbit v / (k_l r_d).
-    pub closing_rate_1_s: f64,
 }
 
 /// Guidance, and the loop that follows it.
@@ -189,7 +154,7 @@ research_fields! {
     }
 }
 
-/// Returns the ground speed that results in `speed_m_s` relative to the [`SpeedReference`], m/s, before limits.
+/// Returns the ground speed that results in `speed_m_s` in the frame of the law, m/s, before limits.
 pub fn ground_speed_m_s(params: &GuidanceParams, uav: &UavState, orbit: &Orbit, speed_m_s: f64) -> f64 {
     OrbitRelativeState::of(params, uav.position, orbit).ground_speed_m_s(params, speed_m_s)
 }
@@ -236,18 +201,6 @@ impl OrbitRelativeState {
         self.along
     }
 
-    /// Speed relative to the centre, m/s, of a UAV that follows the field at `speed_m_s` relative to the
-    /// [`SpeedReference`]; 0 if the centre is too fast for the field (29).
-    pub(crate) fn speed_rel_centre_m_s(&self, params: &GuidanceParams, speed_m_s: f64) -> f64 {
-        match params.speed_reference {
-            SpeedReference::Ground => {
-                let relative = moving_centre::relative_speed_m_s(self.along, self.orbit.centre_velocity, speed_m_s);
-                relative.unwrap_or(0.0)
-            }
-            SpeedReference::Centre => speed_m_s,
-        }
-    }
-
     /// Distance r from the centre, m.
     pub(crate) fn centre_distance_m(&self) -> f64 {
         self.field.r_m
@@ -255,25 +208,19 @@ impl OrbitRelativeState {
 
     /// See [`ground_speed_m_s`].
     pub(crate) fn ground_speed_m_s(&self, params: &GuidanceParams, speed_m_s: f64) -> f64 {
-        match params.speed_reference {
-            SpeedReference::Ground => speed_m_s,
-            SpeedReference::Centre => {
-                moving_centre::with_relative_speed(self.along, self.orbit.centre_velocity, speed_m_s).1
-            }
-        }
+        params.law().ground_speed_m_s(self, speed_m_s)
     }
 
     /// Ground track along the field at ground speed `speed_m_s`.
-    pub(crate) fn ground_track(&self, params: &GuidanceParams, speed_m_s: f64) -> GroundTrack {
-        let Self { orbit: Orbit { centre_velocity, .. }, along, .. } = *self;
-        let flown = moving_centre::ground_track(along, centre_velocity, speed_m_s);
-        match params.speed_reference {
-            // Same heading, but differentiated at constant speed relative to the centre.
-            SpeedReference::Centre if !flown.centre_too_fast => {
-                moving_centre::with_relative_speed(along, centre_velocity, flown.relative_speed_m_s).0
-            }
-            _ => flown,
-        }
+    pub(crate) fn ground_track(&self, speed_m_s: f64) -> GroundTrack {
+        moving_centre::ground_track(self.along, self.orbit.centre_velocity, speed_m_s)
+    }
+
+    /// Rate at which the direction of the field turns at a UAV that moves with `velocity` over ground, rad/s.
+    pub(crate) fn field_turn_rate_rad_s(&self, velocity: Velocity) -> f64 {
+        let Self { orbit, uav_rel_centre, field, .. } = self;
+        let motion = PolarMotion::of(*uav_rel_centre, velocity - orbit.centre_velocity);
+        field.turn_rate_rad_s(motion, orbit.steered.rate_m_s)
     }
 
     /// Motion relative to the centre of a UAV that follows the field on `flown`.
@@ -286,34 +233,33 @@ impl OrbitRelativeState {
         }
     }
 
-    /// Where the law leads a UAV in the state `own`, at ground speed `speed_m_s`. The position of `own` must be the one
-    /// that `self` was created with.
-    ///
-    /// Implements Eq. (23), (25).
-    pub(crate) fn guide(&self, params: &GuidanceParams, own: &UavState, speed_m_s: f64) -> Guidance {
-        let Self { orbit, uav_rel_centre, field, .. } = self;
-        let flown = self.ground_track(params, speed_m_s);
-        let (r_m, sense) = (self.centre_distance_m(), params.orbit_direction.sign());
-        // Differentiated at constant centre velocity and speed.
-        let along = |motion| field.turn_rate_rad_s(motion, orbit.steered.rate_m_s) * flown.heading_per_field_heading;
-        let turn_rate_rad_s = match params.feedforward {
-            Feedforward::Field => along(self.motion_along(&flown, speed_m_s)),
-            Feedforward::Trajectory => along(PolarMotion::of(*uav_rel_centre, own.velocity() - orbit.centre_velocity)),
-            Feedforward::StaticCentre => sense * stationary_centre_rad_s(r_m, orbit, speed_m_s, orbit.distance_m),
-            Feedforward::Paper => sense * stationary_centre_rad_s(r_m, orbit, speed_m_s, r_m),
-        };
+    /// Guidance along the ground track `flown`, whose path turns at `turn_rate_rad_s`.
+    pub(crate) fn guidance(
+        &self,
+        params: &GuidanceParams,
+        flown: &GroundTrack,
+        speed_m_s: f64,
+        turn_rate_rad_s: f64,
+    ) -> Guidance {
+        let radius_m = self.orbit.steered.radius_m;
         Guidance {
             course: flown.heading,
             turn_rate_rad_s,
             speed_m_s,
-            right_of_path_m: sense * (r_m - orbit.steered.radius_m),
-            closing_rate_1_s: speed_m_s / (params.radial_gain * orbit.steered.radius_m),
+            right_of_path_m: params.orbit_direction.sign() * (self.centre_distance_m() - radius_m),
+            closing_rate_1_s: speed_m_s / (params.radial_gain * radius_m),
         }
+    }
+
+    /// Where the law leads a UAV in the state `own`, at ground speed `speed_m_s`. The position of `own` must be the one
+    /// that `self` was created with.
+    fn guide(&self, params: &GuidanceParams, own: &UavState, speed_m_s: f64) -> Guidance {
+        params.law().guide(params, self, own, speed_m_s)
     }
 
     /// See [`steer`]. The position of `own` must be the one that `self` was created with.
     pub(crate) fn steer(&self, params: &GuidanceParams, uav: &UavParams, own: &UavState, speed_m_s: f64) -> Steering {
-        self.steering(params, &self.follow(params, uav, own, speed_m_s), speed_m_s)
+        self.steering(&self.follow(params, uav, own, speed_m_s), speed_m_s)
     }
 
     /// How a UAV follows the law at ground speed `speed_m_s`: a kinematic one by (24), a UAV that banks by its inner loop.
@@ -325,20 +271,21 @@ impl OrbitRelativeState {
         if uav.bank.is_some() {
             return of(self, *own, |_, guidance| InnerLoopGains::of(guidance).heading_1_s);
         }
-        let lag_s = if params.feedforward == Feedforward::Trajectory { uav.turn_rate_lag_s } else { 0.0 };
-        if lag_s == 0.0 {
+        // With the state one lag later, the lag has no effect on the loop: see `orbit_loop`.
+        let ahead_s = params.law().ahead_s(uav.turn_rate_lag_s);
+        if ahead_s == 0.0 {
             return of(self, *own, |params, _| params.heading_gain_1_s);
         }
-        let later = own.extrapolated(lag_s);
-        let then = Self::of(params, later.position, &self.orbit.extrapolated(lag_s));
+        let later = own.extrapolated(ahead_s);
+        let then = Self::of(params, later.position, &self.orbit.extrapolated(ahead_s));
         of(&then, later, |params, _| params.heading_gain_1_s)
     }
 
     /// Turn rate, before limits, and intermediate values of a UAV that follows the law at ground speed `speed_m_s`.
-    pub(crate) fn steering(&self, params: &GuidanceParams, followed: &Followed, speed_m_s: f64) -> Steering {
+    pub(crate) fn steering(&self, followed: &Followed, speed_m_s: f64) -> Steering {
         let Self { orbit, phase, .. } = self;
         let r_m = self.centre_distance_m();
-        let flown = self.ground_track(params, speed_m_s);
+        let flown = self.ground_track(speed_m_s);
         let r_rate_m_s = self.motion_along(&flown, speed_m_s).r_rate_m_s;
         Steering {
             turn_rate_rad_s: followed.course_rate_rad_s(),
@@ -362,20 +309,10 @@ impl OrbitRelativeState {
     }
 }
 
-/// Turn rate of the anticlockwise field (13) around a stationary centre, rad/s. The numerator of the exact form
-/// contains r_d^3; the published form has r^2 r_d instead.
-///
-/// Implements Eq. (25), as published with `twice_m` = r, exact with `twice_m` = r_d.
-fn stationary_centre_rad_s(r_m: f64, orbit: &Orbit, speed_m_s: f64, twice_m: f64) -> f64 {
-    let (r, r_d, v) = (r_m, orbit.distance_m, speed_m_s);
-    let square_sum = r * r + r_d * r_d;
-    4.0 * v * r_d * twice_m * twice_m / (square_sum * square_sum) - 2.0 * r * orbit.rate_m_s / square_sum
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::params::{OrbitDirection, TeamParams};
+    use crate::params::{Feedforward, Law, OrbitDirection, TeamParams};
 
     const LAG_S: f64 = 1.0 / 3.0;
 
@@ -384,8 +321,8 @@ mod tests {
         UavParams { turn_rate_lag_s, ..TeamParams::paper().uav }
     }
 
-    fn params(feedforward: Feedforward) -> GuidanceParams {
-        GuidanceParams { radial_gain: 1.0, lead_s: 0.0, feedforward, ..TeamParams::paper().guidance }
+    fn params(law: Law) -> GuidanceParams {
+        GuidanceParams { law, radial_gain: 1.0, ..TeamParams::paper().guidance }
     }
 
     fn orbit(centre_velocity: Velocity, rate_m_s: f64) -> Orbit {
@@ -403,7 +340,7 @@ mod tests {
     #[test]
     fn the_turn_rate_is_feedback_plus_feedforward() {
         let got = steer(
-            &params(Feedforward::StaticCentre),
+            &params(Law::Oh2015),
             &lagging(LAG_S),
             &uav(300.0, Angle::from_deg(100.0)),
             &orbit(Velocity::ZERO, 0.0),
@@ -420,7 +357,7 @@ mod tests {
         // North of the centre, anticlockwise, the field points west.
         let mut state = uav(300.0, Angle::from_deg(-170.0));
         state.position = Position::from_m(0.0, 300.0);
-        let got = steer(&params(Feedforward::StaticCentre), &lagging(LAG_S), &state, &orbit(Velocity::ZERO, 0.0), 40.0);
+        let got = steer(&params(Law::Oh2015), &lagging(LAG_S), &state, &orbit(Velocity::ZERO, 0.0), 40.0);
         assert!((got.turn_rate_rad_s - (40.0 / 300.0 - 2.0 * 10f64.to_radians())).abs() < 1e-9);
     }
 
@@ -428,22 +365,24 @@ mod tests {
     /// published form gives 0.048. On the orbit both agree.
     #[test]
     fn the_published_feedforward_is_wrong_off_the_orbit() {
-        let at = |form, r| {
-            steer(&params(form), &lagging(LAG_S), &uav(r, Angle::ZERO), &orbit(Velocity::ZERO, 0.0), 40.0)
-                .feedforward_rad_s
+        let at = |feedforward, r| {
+            let params = GuidanceParams { feedforward, ..params(Law::Oh2015) };
+            steer(&params, &lagging(LAG_S), &uav(r, Angle::ZERO), &orbit(Velocity::ZERO, 0.0), 40.0).feedforward_rad_s
         };
         assert!((at(Feedforward::StaticCentre, 100.0) - 0.432).abs() < 1e-9);
         assert!((at(Feedforward::Paper, 100.0) - 0.048).abs() < 1e-9);
-        assert!((at(Feedforward::Field, 100.0) - 0.432).abs() < 1e-9);
         assert!((at(Feedforward::StaticCentre, 300.0) - at(Feedforward::Paper, 300.0)).abs() < 1e-12);
     }
 
-    /// Returns the flown feedforward, and the derivative of psi_d along the flown velocity by central differences.
-    fn flown_and_differentiated(params: &GuidanceParams, r_m: f64, at_start: Orbit) -> (f64, f64) {
-        let state = uav(r_m, Angle::ZERO);
-        let here = steer(params, &lagging(LAG_S), &state, &at_start, 40.0);
+    /// Returns the feedforward of this project's law for a UAV without lag, and the derivative of psi_d along its motion
+    /// by central differences.
+    fn feedforward_and_derivative(params: &GuidanceParams, state: UavState, at_start: Orbit) -> (f64, f64) {
+        let speed_m_s = state.speed_m_s;
+        // The law's derivative is at a constant speed relative to the centre.
+        let on_orbit = OrbitRelativeState::of(params, state.position, &at_start);
+        let relative_m_s = moving_centre::relative_speed_m_s(on_orbit.along(), at_start.centre_velocity, speed_m_s);
         let heading_at = |t: f64| {
-            let position = state.position + Velocity::from_polar(40.0, here.desired_heading) * t;
+            let position = state.position + state.velocity() * t;
             let orbit = Orbit {
                 centre: at_start.centre + at_start.centre_velocity * t,
                 steered: Ramp {
@@ -452,55 +391,41 @@ mod tests {
                 },
                 ..at_start
             };
-            steer(params, &lagging(LAG_S), &UavState { position, ..state }, &orbit, 40.0).desired_heading
+            let along = OrbitRelativeState::of(params, position, &orbit).along();
+            let ground_m_s = relative_m_s
+                .map_or(speed_m_s, |relative| moving_centre::ground_speed_m_s(along, orbit.centre_velocity, relative));
+            steer(params, &lagging(LAG_S), &UavState { position, ..state }, &orbit, ground_m_s).desired_heading
         };
         let h = 1e-4;
-        (here.feedforward_rad_s, (heading_at(h) - heading_at(-h)).rad() / (2.0 * h))
+        let feedforward_rad_s = steer(params, &lagging(0.0), &state, &at_start, speed_m_s).feedforward_rad_s;
+        (feedforward_rad_s, (heading_at(h) - heading_at(-h)).rad() / (2.0 * h))
     }
 
-    /// Checks Eq. (25) in its flown form: the derivative of psi_d along the flown velocity with k_l, a moving centre, a
-    /// changing radius and both orbit directions; also with the radius at its bound, and with a centre faster than the
-    /// UAV.
+    /// Checks Eq. (25) as this project's law has it: the derivative of psi_d along the motion of a UAV, whether it
+    /// follows the field or not, with k_l, a moving centre, a changing radius and both orbit directions; also with the
+    /// radius at its bound, and with a centre faster than the UAV.
     #[test]
-    fn the_flown_feedforward_is_the_derivative_of_the_desired_heading() {
+    fn the_feedforward_is_the_derivative_of_the_desired_heading_along_the_motion() {
         let slow = orbit(Velocity::from_m_s(9.0, -5.0), 3.0);
         let bounded =
             Orbit { distance_m: 695.0, rate_m_s: 8.0, steered: Ramp { radius_m: 700.0, rate_m_s: 0.0 }, ..slow };
         let fast = orbit(Velocity::from_m_s(-50.0, 20.0), 3.0);
         for sense in [OrbitDirection::Anticlockwise, OrbitDirection::Clockwise] {
-            let params = GuidanceParams { orbit_direction: sense, radial_gain: 0.2, ..params(Feedforward::Field) };
-            for r_m in [80.0, 290.0, 310.0, 600.0] {
+            let params = GuidanceParams { orbit_direction: sense, radial_gain: 0.2, ..params(Law::Standoff) };
+            for (r_m, heading_deg) in [(80.0, 10.0), (290.0, 100.0), (310.0, -60.0), (600.0, -150.0)] {
                 for orbit in [slow, bounded, fast] {
-                    let (got, expected) = flown_and_differentiated(&params, r_m, orbit);
+                    let state = uav(r_m, Angle::from_deg(heading_deg));
+                    let (got, expected) = feedforward_and_derivative(&params, state, orbit);
                     assert!((got - expected).abs() < 1e-5, "r {r_m}, {orbit:?}: {got} {expected}");
                 }
             }
         }
     }
 
-    /// Checks Eq. (25) along the actual motion: the derivative of psi_d for a UAV that does not follow the field.
-    #[test]
-    fn the_feedforward_of_a_trajectory_is_the_derivative_along_it() {
-        let params = GuidanceParams { radial_gain: 0.2, ..params(Feedforward::Trajectory) };
-        let slow = orbit(Velocity::from_m_s(9.0, -5.0), 3.0);
-        for (r_m, heading_deg) in [(80.0, 10.0), (290.0, 100.0), (600.0, -150.0)] {
-            let state = uav(r_m, Angle::from_deg(heading_deg));
-            let heading_at = |t: f64| {
-                let position = state.position + state.velocity() * t;
-                let steered = Ramp { radius_m: 300.0 + 3.0 * t, ..slow.steered };
-                let orbit = Orbit { centre: slow.centre + slow.centre_velocity * t, steered, ..slow };
-                steer(&params, &lagging(LAG_S), &UavState { position, ..state }, &orbit, 40.0).desired_heading
-            };
-            let expected = (heading_at(1e-4) - heading_at(-1e-4)).rad() / 2e-4;
-            let got = steer(&params, &lagging(0.0), &state, &slow, 40.0).feedforward_rad_s;
-            assert!((got - expected).abs() < 1e-5, "r {r_m}: {got} {expected}");
-        }
-    }
-
     /// Checks Eq. (24), (25) with a lag: the command is that of the state and the orbit one lag later.
     #[test]
-    fn a_trajectory_is_steered_one_lag_ahead() {
-        let params = GuidanceParams { radial_gain: 0.2, ..params(Feedforward::Trajectory) };
+    fn the_law_is_followed_one_lag_ahead() {
+        let params = GuidanceParams { radial_gain: 0.2, ..params(Law::Standoff) };
         let now = orbit(Velocity::from_m_s(9.0, -5.0), 3.0);
         let later = Orbit {
             centre: now.centre + now.centre_velocity * LAG_S,
@@ -517,36 +442,19 @@ mod tests {
         assert_eq!(got.desired_heading, steer(&params, &lagging(0.0), &state, &now, 40.0).desired_heading);
     }
 
-    #[test]
-    fn the_turn_rate_gain_damps_towards_the_feedforward() {
-        let undamped = params(Feedforward::StaticCentre);
-        let damped = GuidanceParams { turn_rate_gain: 0.5, ..undamped };
-        let turning = UavState { turn_rate_rad_s: 0.2, ..uav(300.0, Angle::from_deg(90.0)) };
-        let rate = |params: &GuidanceParams| {
-            steer(params, &lagging(LAG_S), &turning, &orbit(Velocity::ZERO, 0.0), 40.0).turn_rate_rad_s
-        };
-        let expected = rate(&undamped) - 0.5 * (0.2 - 40.0 / 300.0);
-        assert!((rate(&damped) - expected).abs() < 1e-12);
-    }
-
     /// Checks Lemma 3.1's threshold if the field cannot be flown: the UAV does not converge to a centre that escapes.
     #[test]
     fn a_uav_does_not_converge_to_a_centre_that_is_too_fast() {
         let state = uav(600.0, Angle::from_deg(180.0));
-        let got = steer(
-            &params(Feedforward::Field),
-            &lagging(LAG_S),
-            &state,
-            &orbit(Velocity::from_m_s(-60.0, 0.0), 0.0),
-            40.0,
-        );
+        let got =
+            steer(&params(Law::Standoff), &lagging(LAG_S), &state, &orbit(Velocity::from_m_s(-60.0, 0.0), 0.0), 40.0);
         assert!(got.centre_too_fast && got.convergence_threshold_m2_s < 0.0, "{got:?}");
     }
 
     #[test]
     fn a_centre_faster_than_the_uav_is_pursued_with_a_finite_turn_rate() {
         let got = steer(
-            &params(Feedforward::Field),
+            &params(Law::Standoff),
             &lagging(LAG_S),
             &uav(300.0, Angle::ZERO),
             &orbit(Velocity::from_m_s(0.0, 90.0), 0.0),

@@ -22,7 +22,8 @@ pub(crate) struct GroundTrack {
     /// Speed relative to the centre along the field, alpha_s |v_field|, m/s; 0 if (29) has no positive root.
     #[doc(alias = "alpha_s")]
     pub relative_speed_m_s: f64,
-    /// Derivative of the heading with respect to the heading of the field, at constant speeds.
+    /// Derivative of the heading with respect to the heading of the field, at constant velocity of the centre and
+    /// constant speed relative to it.
     pub heading_per_field_heading: f64,
     /// True if the centre is so fast that the field cannot be flown; the heading is then the best approximation.
     pub centre_too_fast: bool,
@@ -40,10 +41,11 @@ pub(crate) fn ground_track(along: Vector2<f64>, centre_velocity: Velocity, speed
         heading: flown.direction(),
         relative_speed_m_s: root.unwrap_or(0.0),
         heading_per_field_heading: match root {
-            // v psi_d' cos(psi_d - phi) = s phi', from differentiating v_c + s u = v d; the cosine is half_gap / v.
-            Some(root) if half_gap > 0.0 => root / half_gap,
+            // From differentiating the direction of v_c + s u at constant s: s phi' (v . u) / |v|^2, with v . u the
+            // half gap.
+            Some(root) => root * half_gap / (speed_m_s * speed_m_s),
             // At right angles to the field, the heading turns with the field; in a pursuit, with the centre only.
-            _ => f64::from(reach > 0.0),
+            None => f64::from(reach > 0.0),
         },
         centre_too_fast: root.is_none(),
     }
@@ -78,27 +80,13 @@ pub(crate) fn relative_speed_m_s(along: Vector2<f64>, centre_velocity: Velocity,
     Quadratic::of(along, centre_velocity, speed_m_s).root
 }
 
-/// Computes the heading and the ground speed (m/s) of a UAV that follows the field at the speed `relative_speed_m_s`
-/// (at least 0) relative to the centre. `along` is the direction of the field, a unit vector. A solution exists for
-/// every speed of the centre, but the ground speed may exceed the UAV's limits.
+/// Computes the ground speed, m/s, of a UAV that follows the field at the speed `relative_speed_m_s` (at least 0)
+/// relative to the centre. `along` is the direction of the field, a unit vector. A solution exists for every speed of the
+/// centre, but the ground speed may exceed the UAV's limits.
 ///
 /// Implements Eq. (28) with a given alpha_s. Unlike in (29), the ground speed is variable.
-pub(crate) fn with_relative_speed(
-    along: Vector2<f64>,
-    centre_velocity: Velocity,
-    relative_speed_m_s: f64,
-) -> (GroundTrack, f64) {
-    let flown = Velocity::from(centre_velocity.vector() + along * relative_speed_m_s);
-    let squared = flown.vector().norm_squared();
-    // From differentiating the direction of v_c + s u at constant s: s phi' (v . u) / |v|^2.
-    let per_field = relative_speed_m_s * flown.vector().dot(&along) / squared;
-    let ground_track = GroundTrack {
-        heading: flown.direction(),
-        relative_speed_m_s,
-        heading_per_field_heading: if squared > 0.0 { per_field } else { 0.0 },
-        centre_too_fast: false,
-    };
-    (ground_track, squared.sqrt())
+pub(crate) fn ground_speed_m_s(along: Vector2<f64>, centre_velocity: Velocity, relative_speed_m_s: f64) -> f64 {
+    (centre_velocity.vector() + along * relative_speed_m_s).norm()
 }
 
 #[cfg(test)]
@@ -120,23 +108,21 @@ mod tests {
     }
 
     proptest! {
-        /// Checks Eq. (28) at a given speed relative to the centre: (29) gives the same heading at the resulting ground
-        /// speed, and the derivative of the heading is correct.
+        /// Checks Eq. (28) at a given speed relative to the centre: (29) at the resulting ground speed gives this speed,
+        /// and the derivative of the heading is correct.
         #[test]
         fn the_relative_speed_is_constant(field_deg in -180.0..180.0f64, centre_deg in -180.0..180.0f64, centre in 0.0..35.0f64) {
             let centre_velocity = Velocity::from_polar(centre, Angle::from_deg(centre_deg));
             let field = Angle::from_deg(field_deg);
-            let with_relative_speed = |field: Angle, centre_velocity: Velocity| {
-                super::with_relative_speed(Velocity::from_polar(1.0, field).vector(), centre_velocity, 40.0)
+            let at = |field: Angle| {
+                let along = Velocity::from_polar(1.0, field).vector();
+                ground_track(field, centre_velocity, ground_speed_m_s(along, centre_velocity, 40.0))
             };
-            let (got, over_ground_m_s) = with_relative_speed(field, centre_velocity);
-            let from_eq_29 = ground_track(field, centre_velocity, over_ground_m_s);
-            prop_assert!((from_eq_29.relative_speed_m_s - 40.0).abs() < 1e-9);
-            prop_assert!((from_eq_29.heading - got.heading).abs_rad() < 1e-9);
+            prop_assert!((at(field).relative_speed_m_s - 40.0).abs() < 1e-9);
             let h = 1e-6;
-            let turned = |by: f64| with_relative_speed(field + Angle::from_rad(by), centre_velocity).0.heading;
+            let turned = |by: f64| at(field + Angle::from_rad(by)).heading;
             let slope = (turned(h) - turned(-h)).rad() / (2.0 * h);
-            prop_assert!((slope - got.heading_per_field_heading).abs() < 1e-3 * (1.0 + slope.abs()));
+            prop_assert!((slope - at(field).heading_per_field_heading).abs() < 1e-3 * (1.0 + slope.abs()));
         }
 
         /// Checks Eq. (28), (29): for a slower centre the flown velocity is v_c plus a vector along the field, and its
@@ -150,10 +136,6 @@ mod tests {
             let flown = centre_velocity + Velocity::from_polar(got.relative_speed_m_s, field);
             prop_assert!((flown.speed_m_s() - 40.0).abs() < 1e-9);
             prop_assert!((flown.direction() - got.heading).abs_rad() < 1e-9);
-            let h = 1e-6;
-            let turned = |by: f64| ground_track(field + Angle::from_rad(by), centre_velocity, 40.0).heading;
-            let slope = (turned(h) - turned(-h)).rad() / (2.0 * h);
-            prop_assert!((slope - got.heading_per_field_heading).abs() < 1e-3 * (1.0 + slope.abs()));
         }
 
         #[test]

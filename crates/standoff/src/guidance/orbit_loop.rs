@@ -5,22 +5,21 @@
 //!
 //! ```text
 //! q' = -a gamma        gamma' = w        tau_omega w' = u - w
-//! u  = -k_omega (gamma - q) + f - g (w - f)                               Eq. (24); g: turn_rate_gain
-//! f  = -a gamma       along the trajectory; gamma and q of u are those one lag tau_omega ahead
-//! f  = -a q           along the field
-//! f  = -a k_l^2 q     static centre
-//! f  =  a k_l^2 q     Eq. (25) as published
+//! u  = -k_omega (gamma - q) + f                                           Eq. (24)
+//! f  = -a gamma       law `standoff`; gamma and q of u are those one lag tau_omega ahead
+//! f  = -a k_l^2 q     law `oh-2015`
+//! f  =  a k_l^2 q     law `oh-2015`, Eq. (25) as published
 //! ```
 //!
-//! Along the field, without lag, the characteristic polynomial is s (s + k_omega) + a (k_omega - a): the orbit is stable
-//! only if v / r_d < k_l k_omega. Otherwise the UAV settles on another circle. Along the trajectory, it is
-//! (tau_omega s + 1) (s + k_omega) (s + a): every orbit is stable, with any lag. If commands are held for a period T, the
-//! latter is stable, without lag, for (k_omega + a) T < 2.
+//! With the law `standoff`, the characteristic polynomial is (tau_omega s + 1) (s + k_omega) (s + a): every orbit is
+//! stable, with any lag. If commands are held for a period T, it is stable, without lag, for (k_omega + a) T < 2. With
+//! the law `oh-2015`, without lag, it is s (s + k_omega) + a (k_omega - a k_l^2): the orbit is stable only if
+//! v / r_d < k_omega / k_l. Otherwise the UAV settles on another circle.
 
 use nalgebra::{Matrix3, RowVector3, Vector3};
 
 use crate::math;
-use crate::params::{Feedforward, Integrator, TeamParams};
+use crate::params::{Integrator, TeamParams};
 use crate::time::Duration;
 
 impl TeamParams {
@@ -29,8 +28,8 @@ impl TeamParams {
     #[cfg_attr(feature = "research", visibility::make(pub))]
     pub(crate) fn orbit_loop_spectral_radius(&self, radius_m: f64, period: Duration) -> f64 {
         let (guidance, lag_s, dt_s) = (&self.guidance, self.uav.turn_rate_lag_s, period.s());
-        let (k_l, k_omega, damping) = (guidance.radial_gain, guidance.heading_gain_1_s, guidance.turn_rate_gain);
-        let a = self.uav.speed_m_s / (k_l * radius_m);
+        let (law, k_omega) = (guidance.law(), guidance.heading_gain_1_s);
+        let a = self.uav.speed_m_s / (guidance.radial_gain * radius_m);
         // Remaining share of w, its first and second integral over the period, and those of the share of the command.
         let (decay, once_s, twice_s2, command_once_s, command_twice_s2) = match self.uav.integrator {
             Integrator::Exact => {
@@ -44,17 +43,11 @@ impl TeamParams {
         let free = Matrix3::new(1.0, -a * dt_s, -a * twice_s2, 0.0, 1.0, once_s, 0.0, 0.0, decay);
         let forced = Vector3::new(-a * command_twice_s2, command_once_s, 1.0 - decay);
 
-        let ahead_s = if guidance.feedforward == Feedforward::Trajectory { lag_s } else { 0.0 };
+        let ahead_s = law.ahead_s(lag_s);
         let q = RowVector3::new(1.0, -a * ahead_s, -0.5 * a * ahead_s * ahead_s);
         let gamma = RowVector3::new(0.0, 1.0, ahead_s);
-        let w = RowVector3::new(0.0, 0.0, 1.0);
-        let feedforward = match guidance.feedforward {
-            Feedforward::Trajectory => gamma * -a,
-            Feedforward::Field => q * -a,
-            Feedforward::StaticCentre => q * (-a * k_l * k_l),
-            Feedforward::Paper => q * (a * k_l * k_l),
-        };
-        let command = feedforward - (gamma - q) * k_omega - (w - feedforward) * damping;
+        let [per_q, per_gamma] = law.linear_feedforward_1_s(guidance, a);
+        let command = q * per_q + gamma * per_gamma - (gamma - q) * k_omega;
         let roots = (free + forced * command).complex_eigenvalues();
         roots.iter().map(|root| math::hypot(root.re, root.im)).fold(0.0, f64::max)
     }
@@ -63,32 +56,34 @@ impl TeamParams {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::params::Law;
     use proptest::prelude::*;
 
     fn is_stable(team: &TeamParams, radius_m: f64, period_s: f64) -> bool {
         team.orbit_loop_spectral_radius(radius_m, Duration::from_s(period_s)) < 1.0
     }
 
-    fn team(feedforward: Feedforward, speed_m_s: f64, lag_s: f64) -> TeamParams {
-        let mut team = TeamParams::recommended();
-        (team.uav.speed_m_s, team.uav.turn_rate_lag_s, team.guidance.feedforward) = (speed_m_s, lag_s, feedforward);
+    fn team(law: Law, speed_m_s: f64, lag_s: f64) -> TeamParams {
+        let mut team = TeamParams::of_law(law);
+        (team.uav.speed_m_s, team.uav.turn_rate_lag_s) = (speed_m_s, lag_s);
         team
     }
 
     proptest! {
-        /// Along the field, the limit of v / r_d is k_l k_omega; a lag and the period of 0.01 s change it by little.
+        /// With the paper's law, the limit of v / r_d is k_omega / k_l; a lag and the period of 0.01 s change it by
+        /// little.
         #[test]
-        fn along_the_field_orbits_are_stable_up_to_a_turn_rate(speed_m_s in 10.0..60.0f64, k_l in 0.05..0.3f64, k_omega in 0.3..1.5f64) {
-            let mut team = team(Feedforward::Field, speed_m_s, 0.01);
+        fn with_the_papers_law_orbits_are_stable_up_to_a_turn_rate(speed_m_s in 10.0..60.0f64, k_l in 0.3..1.0f64, k_omega in 0.3..1.5f64) {
+            let mut team = team(Law::Oh2015, speed_m_s, 0.01);
             (team.guidance.radial_gain, team.guidance.heading_gain_1_s) = (k_l, k_omega);
-            let limit_m = speed_m_s / (k_l * k_omega);
-            prop_assert!(is_stable(&team, 1.15 * limit_m, 0.01) && !is_stable(&team, 0.95 * limit_m, 0.01));
+            let limit_m = speed_m_s * k_l / k_omega;
+            prop_assert!(is_stable(&team, 1.15 * limit_m, 0.01) && !is_stable(&team, 0.85 * limit_m, 0.01));
         }
 
-        /// Along the trajectory, every orbit that a UAV can turn is stable with any lag, if the period is short.
+        /// With this project's law, every orbit that a UAV can turn is stable with any lag, if the period is short.
         #[test]
-        fn along_the_trajectory_all_orbits_are_stable(speed_m_s in 10.0..60.0f64, times in 1.0..100.0f64, lag_s in 0.01..3.0f64, k_omega in 0.1..3.0f64) {
-            let mut team = team(Feedforward::Trajectory, speed_m_s, lag_s);
+        fn with_this_projects_law_all_orbits_are_stable(speed_m_s in 10.0..60.0f64, times in 1.0..100.0f64, lag_s in 0.01..3.0f64, k_omega in 0.1..3.0f64) {
+            let mut team = team(Law::Standoff, speed_m_s, lag_s);
             team.guidance.heading_gain_1_s = k_omega;
             prop_assert!(is_stable(&team, times * speed_m_s / 0.3, 0.01));
         }
@@ -96,7 +91,7 @@ mod tests {
         /// With a held command and a negligible lag, the condition is (k_omega + v / (k_l r_d)) T < 2.
         #[test]
         fn a_period_limits_the_stable_orbits(speed_m_s in 10.0..60.0f64, radius_m in 50.0..500.0f64, k_omega in 0.2..3.0f64) {
-            let mut team = team(Feedforward::Trajectory, speed_m_s, 0.001);
+            let mut team = team(Law::Standoff, speed_m_s, 0.001);
             (team.guidance.radial_gain, team.guidance.heading_gain_1_s) = (0.05, k_omega);
             let limit_s = 2.0 / (k_omega + speed_m_s / (0.05 * radius_m));
             prop_assert!(is_stable(&team, radius_m, 0.95 * limit_s) && !is_stable(&team, radius_m, 1.05 * limit_s));

@@ -26,7 +26,7 @@ pub(crate) fn phase_control_in_wind<'a>(
     let common = groupmates
         .filter_map(feasible)
         .fold([own_min_m_s, own_max_m_s], |[low, high], [min, max]| [low.max(min), high.min(max)]);
-    let nominal_m_s = own.speed_rel_centre_m_s(&team.guidance, team.uav.speed_m_s);
+    let nominal_m_s = team.guidance.law().speed_rel_centre_m_s(own, team.uav.speed_m_s);
     let nominal_m_s = match common {
         [low, high] if low <= high => nominal_m_s.clamp(low, high),
         // Each UAV flies as near to the others as it can.

@@ -137,25 +137,6 @@ pub struct Ramp {
 }
 
 impl Ramp {
-    /// Low-pass filters a standoff distance: returns the ramp `dt_s` after `before`, with time constant
-    /// `radius_time_constant_s`. The ramp is extrapolated at its own rate and then corrected, so that it follows a
-    /// steady change without lag. Without `before`, or with a time constant of 0, it equals the standoff distance.
-    pub fn low_passed(
-        before: Option<Self>,
-        standoff: &StandoffDistance,
-        radius_time_constant_s: f64,
-        dt_s: f64,
-    ) -> Self {
-        let unfiltered = Self::from(standoff);
-        let Some(before) = before.filter(|_| radius_time_constant_s > 0.0) else { return unfiltered };
-        let gain = dt_s / (radius_time_constant_s + dt_s);
-        let predicted_m = before.radius_m + before.rate_m_s * dt_s;
-        Self {
-            radius_m: predicted_m + gain * (unfiltered.radius_m - predicted_m),
-            rate_m_s: before.rate_m_s + gain * (unfiltered.rate_m_s - before.rate_m_s),
-        }
-    }
-
     /// Returns the steered radius: this ramp extrapolated by `lead_s` (active measure 2) and clamped to the bounds. At
     /// a bound its rate is zero.
     ///
@@ -233,23 +214,6 @@ mod tests {
         let led = |radius_m, rate_m_s| Ramp { radius_m, rate_m_s }.with_lead(3.0, &table_1());
         assert_eq!(led(400.0, -5.0), Ramp { radius_m: 385.0, rate_m_s: -5.0 });
         assert_eq!(led(260.0, -5.0), Ramp { radius_m: 250.0, rate_m_s: 0.0 });
-    }
-
-    /// A ramp is followed without lag, a jump with the time constant.
-    #[test]
-    fn the_low_pass_follows_a_ramp_and_damps_a_jump() {
-        let at = |distance_m, rate_m_s| StandoffDistance { unclamped_m: distance_m, distance_m, rate_m_s };
-        let mut smoothed = Ramp::low_passed(None, &at(300.0, 2.0), 4.0, 0.5);
-        for step in 1..20 {
-            smoothed = Ramp::low_passed(Some(smoothed), &at(300.0 + f64::from(step), 2.0), 4.0, 0.5);
-            assert!((smoothed.radius_m - 300.0 - f64::from(step)).abs() < 1e-9);
-        }
-        let jumped = Ramp::low_passed(Some(Ramp { radius_m: 300.0, rate_m_s: 0.0 }), &at(309.0, 0.0), 4.0, 0.5);
-        assert!((jumped.radius_m - 301.0).abs() < 1e-9);
-        assert_eq!(
-            Ramp::low_passed(Some(smoothed), &at(400.0, 1.0), 0.0, 0.5),
-            Ramp { radius_m: 400.0, rate_m_s: 1.0 }
-        );
     }
 
     /// Checks Eq. (26), (27).

@@ -35,8 +35,6 @@ words! {
         /// A separate filter follows the centroid of the members' estimates (section II.C). It filters values that are
         /// filtered already.
         Filtered = "filtered",
-        /// Centroid of the members' estimates, positions and velocities.
-        Centroid = "centroid",
         /// Centre of the minimum enclosing circle of the members' estimated positions: no orbit that contains them all
         /// is smaller.
         EnclosingCircle = "enclosing-circle",
@@ -96,37 +94,12 @@ words! {
         Common = "common",
     }
 
-    /// Derivative of the desired heading that is used as feedforward (25).
+    /// Derivative of the desired heading that the law `oh-2015` uses as feedforward (25).
     enum Feedforward {
-        /// The derivative along the flown field, including (20), (22) and (28).
-        Field = "field",
-        /// Like `field`, but along the actual motion of the UAV; feedback and feedforward are those of the state that is
-        /// extrapolated by the lag of the turn rate. The UAV settles on every orbit that it can turn.
-        Trajectory = "trajectory",
         /// Eq. (25) corrected: the exact derivative along the field (13) around a stationary centre.
         StaticCentre = "static-centre",
         /// Eq. (25) as published.
         Paper = "paper",
-    }
-
-    /// Lead time of active measure 2 (22): how far ahead of a changing radius the UAV steers.
-    enum Lead {
-        /// Constant lead k_rd: `lead_s`.
-        Constant = "constant",
-        /// Lead equal to the lag of the field, k_l r_d / v.
-        Scheduled = "scheduled",
-        /// Lead equal to the lag of the field. The radius is r_d for the spread predicted for that time: the distance
-        /// of the member that is then furthest from the centre.
-        Predicted = "predicted",
-    }
-
-    /// Reference of the UAV's nominal speed.
-    enum SpeedReference {
-        /// Ground speed, as in (28), (29). Around a moving centre, a UAV alternately gains and loses phase.
-        Ground = "ground",
-        /// Speed relative to the centre. Around a moving centre, the UAVs on an orbit keep their phases, within their
-        /// speed limits.
-        Centre = "centre",
     }
 
     /// Source of the wind that a UAV assumes.

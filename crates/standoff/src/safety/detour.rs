@@ -240,7 +240,7 @@ impl DetourPlanner {
             if rest_s < 0.0 {
                 break;
             }
-            let desired = on_orbit.ground_track(guidance, speed_m_s).heading;
+            let desired = on_orbit.ground_track(speed_m_s).heading;
             let turn_rad = (desired - state.heading).rad().clamp(-turn_max_rad, turn_max_rad);
             let along = state.heading + Angle::from_rad(0.5 * turn_rad);
             let next = state.position + Displacement::from_polar(speed_m_s * STEP_S, along);

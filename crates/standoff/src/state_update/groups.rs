@@ -78,7 +78,7 @@ impl TeamState {
             let track_index = |teammate: &Teammate| {
                 // The place of a searching UAV is not used.
                 let group = teammate.group.and_then(|group| self.group(group)).unwrap_or(first);
-                (teammate.state.position, group.orbit(params))
+                (teammate.state.position, group.orbit())
             };
             // In batches of two (SIMD); a single last UAV is processed twice.
             for pair in self.teammates.chunks(2) {

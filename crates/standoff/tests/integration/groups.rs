@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use crate::common::{Team, observe_all, scan_of, step};
 use proptest::prelude::*;
 use standoff::research::{
-    Assignment, AssignmentLaw, AvailableUav, CandidateGroup, CentreEstimate, GroupCount, Lead, MotionParams, Pointing,
-    RemovalRule, group_count,
+    Assignment, AssignmentLaw, AvailableUav, CandidateGroup, CentreEstimate, GroupCount, Margin, MotionParams,
+    Pointing, RemovalRule, group_count,
 };
 use standoff::*;
 
@@ -116,8 +116,7 @@ fn a_lost_uav_is_replaced_and_may_come_back() {
 #[test]
 fn the_margin_is_a_number_of_standard_deviations_along_the_line_to_the_furthest_member() {
     let mut params = TeamParams::paper();
-    params.group.centre = CentreEstimate::Centroid;
-    params.group.margin_sds = 2.0;
+    (params.group.margin, params.group.margin_sds) = (Margin::StandardDeviations, 2.0);
     let mut agent = Agent::new(UavId(0), params).unwrap();
     let own = Team::new(1, 0).states[0];
     let cues = [cue(0, Time::EPOCH, (0.0, 0.0), 16.0), cue(1, Time::EPOCH, (120.0, 90.0), 12.0)];
@@ -140,14 +139,14 @@ fn the_steered_radius_is_the_flown_radius_after_the_lead_time() {
     params.group.centre = CentreEstimate::EnclosingCircle;
     params.group.margin_sds = 0.0;
     params.group.motion = MotionParams { time_constant_s: 1.5, ..params.group.motion };
-    (params.guidance.lead, params.guidance.radial_gain) = (Lead::Predicted, 0.2);
+    (params.guidance.law, params.guidance.radial_gain) = (Law::Standoff, 0.2);
     let mut team = Team::new(1, 2).with_motion(diverging_for);
     team.agents = vec![Agent::new(UavId(0), params).unwrap()];
     let mut orbits = Vec::new();
     for tick in 0..120 {
         team.tick(tick);
         let group = &team.agents[0].team_state().groups[0];
-        orbits.push((f64::from(tick as u32) * 0.5, group.standoff.distance_m, group.smoothed_radius().radius_m));
+        orbits.push((f64::from(tick as u32) * 0.5, group.standoff.distance_m, group.orbit().steered.radius_m));
     }
     for (t_s, flown_m, steered_m) in orbits[60..80].iter().copied() {
         let lead_s = params.guidance.lead_s(flown_m, params.uav.speed_m_s);
@@ -269,7 +268,7 @@ proptest! {
         let mut params = TeamParams::paper();
         if is_new {
             params.group = GroupingParams { centre: CentreEstimate::EnclosingCircle, pointing: Pointing::AngularMidpoint, removal: RemovalRule::LargestRadiusReduction, search_lost_targets: true, ..params.group };
-            params.guidance.lead = Lead::Predicted;
+            params.guidance.law = Law::Standoff;
         }
         if by_need {
             // A short regrouping period, so that groups are also retired.

@@ -2,7 +2,7 @@
 
 use crate::common::{Draw, OwnedScan};
 use proptest::prelude::*;
-use standoff::research::{CentreEstimate, Feedforward, GroupCount, Lead, Pointing, RemovalRule, SpeedReference};
+use standoff::research::{CentreEstimate, Feedforward, GroupCount, Pointing, RemovalRule};
 use standoff::*;
 
 /// An isometry of the plane: optional north-south mirroring, then a rotation around the origin, then a shift.
@@ -80,14 +80,9 @@ prop_compose! {
         vehicles in 1..10usize,
         field_m in prop_oneof![Just(80.0), Just(600.0), Just(2500.0)],
         speed_m_s in 0.0..14.0f64,
-        feedforward in prop_oneof![Just(Feedforward::Field), Just(Feedforward::Trajectory), Just(Feedforward::StaticCentre), Just(Feedforward::Paper)],
-        lead in prop_oneof![Just(Lead::Constant), Just(Lead::Scheduled), Just(Lead::Predicted)],
-        speed_reference in prop_oneof![Just(SpeedReference::Ground), Just(SpeedReference::Centre)],
-        centre in prop_oneof![
-            Just(CentreEstimate::Filtered),
-            Just(CentreEstimate::Centroid),
-            Just(CentreEstimate::EnclosingCircle),
-        ],
+        law in prop_oneof![Just(Law::Standoff), Just(Law::Oh2015)],
+        feedforward in prop_oneof![Just(Feedforward::StaticCentre), Just(Feedforward::Paper)],
+        centre in prop_oneof![Just(CentreEstimate::Filtered), Just(CentreEstimate::EnclosingCircle)],
         aim in prop_oneof![Just(Pointing::GroupCentre), Just(Pointing::AngularMidpoint)],
         removal in prop_oneof![Just(RemovalRule::FurthestFromCentre), Just(RemovalRule::LargestRadiusReduction)],
         sense in prop_oneof![Just(OrbitDirection::Anticlockwise), Just(OrbitDirection::Clockwise)],
@@ -96,8 +91,8 @@ prop_compose! {
     ) -> Start {
         let mut draw = Draw(seed);
         let mut team = TeamParams::paper();
-        (team.guidance.feedforward, team.guidance.lead, team.guidance.orbit_direction) = (feedforward, lead, sense);
-        (team.guidance.speed_reference, team.group.centre) = (speed_reference, centre);
+        (team.guidance.law, team.guidance.feedforward, team.guidance.orbit_direction) = (law, feedforward, sense);
+        team.group.centre = centre;
         (team.group.pointing, team.group.removal, team.group.count) = (aim, removal, count);
         // A filtered centre cannot have an orbit motion model in addition.
         team.group.motion.time_constant_s = if moves && centre != CentreEstimate::Filtered { 1.5 } else { 0.0 };

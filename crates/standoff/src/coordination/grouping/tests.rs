@@ -466,7 +466,7 @@ fn the_fastest_target_is_removed_if_the_group_outruns_the_uavs() {
     }
     let mut group = world.first_group();
     for _ in 0..7 {
-        let (guidance, orbit) = (&world.params.guidance, group.orbit(&world.params));
+        let (guidance, orbit) = (&world.params.guidance, group.orbit());
         let track_index = |teammate: &Teammate| {
             (teammate.state.position, OrbitRelativeState::of(guidance, teammate.state.position, &orbit))
         };
@@ -709,7 +709,7 @@ fn a_shrinking_orbit_does_not_count_as_diverging() {
         group.standoff.rate_m_s = rate_m_s;
         // Outside an orbit of 250 m about (100, 0) that shrinks, inside one that grows.
         let uav = Position::from_m(if rate_m_s < 0.0 { 360.0 } else { 300.0 }, 10.0);
-        let on_orbit = OrbitRelativeState::of(&params.guidance, uav, &group.orbit(&params));
+        let on_orbit = OrbitRelativeState::of(&params.guidance, uav, &group.orbit());
         group.check([(uav, &on_orbit)].into_iter(), Duration::from_s(0.5), &params);
         (group.threshold_m2_s.unwrap() < -params.group.divergence_limit_m2_s, group.diverging_for.s())
     };
