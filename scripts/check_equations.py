@@ -788,46 +788,39 @@ def check_groups(record, compare):
 
 
 def equation_22(record):
-    """Returns the steered radius and its rate of each group at each time: r_d or its prediction, low-passed, with lead."""
-    scenario, steered, smoothed = record.scenario, {}, {}
+    """Returns the steered radius and its rate of each group at each time: r_d with the lead, or its prediction."""
+    scenario, steered, moving_before = record.scenario, {}, set()
     guidance, orbit, speed = scenario["guidance"], scenario["orbit"], scenario["uavs"]["speed_m_s"]
-    for before, time in zip([None, *record.times], record.times):
-        previous, smoothed, steered[time] = smoothed, {}, {}
+    for time in record.times:
+        steered[time] = {}
         for group, row in record.groups[time].items():
-            members, radius, rate = record.members(time, group), row.standoff_distance_m, row.standoff_rate_m_s
-            lag, limit = guidance["radial_gain"] * radius / speed, np.inf if row.turn_limit_m is None else row.turn_limit_m
+            radius, rate = row.standoff_distance_m, row.standoff_rate_m_s
+            limit = np.inf if row.turn_limit_m is None else row.turn_limit_m
             bounds = bounds_with(scenario, limit)
-            if guidance["lead"] == "predicted":
-                relative = [(track.position - row.position, track.velocity - row.velocity) for track in members.values()]
-                away, moving = max(((at + lag * v, v) for at, v in relative), key=lambda later: np.hypot(*later[0]))
-                spread, spread_rate = np.hypot(*away), unit(direction(away)) @ moving
-                if is_by_circle(scenario):
-                    velocities = np.array([track.velocity for track in members.values()])
-                    positions = np.array([track.position for track in members.values()]) + lag * velocities
-                    spread, spread_rate = circle_spread(positions, velocities)
-                moves = orbit["time_constant_s"] > 0 and group in previous
-                if moves:
-                    # The target that is furthest from the flown centre, extrapolated.
+            if guidance["law"] == "standoff":
+                lag, moves = guidance["radial_gain"] * radius / speed, orbit["time_constant_s"] > 0 and group in moving_before
+                if is_by_circle(scenario) and not moves:
+                    members = record.members(time, group).values()
+                    spread, spread_rate = circle_spread(np.array([track.position for track in members]),
+                                                        np.array([track.velocity for track in members]))
+                else:
+                    # The target that is furthest from the flown centre.
+                    relative = [(track.position - row.position, track.velocity - row.velocity)
+                                for track in record.members(time, group).values()]
                     away, moving = max(relative, key=lambda pair: np.hypot(*pair[0]))
-                    spread_rate = unit(direction(away)) @ moving if np.any(away) else 0.0
-                    spread = max(np.hypot(*away) + lag * spread_rate, 0.0)
+                    spread, spread_rate = np.hypot(*away), unit(direction(away)) @ moving if np.any(away) else 0.0
+                spread = max(spread + lag * spread_rate, 0.0)
                 _, expected, expected_rate = equation_15(scenario, spread, spread_rate, row.margin_m, limit)
                 if moves:
                     # A moving orbit has not yet reached the predicted radius.
                     expected, expected_rate = follow_radius(radius, rate, expected, bounds, lag)
                 radius, rate = expected, expected_rate
-            # A moving orbit continues when its members change.
-            kept = group in previous and (orbit["time_constant_s"] > 0 or set(record.members(before, group)) == set(members))
-            if kept and orbit["radius_time_constant_s"] > 0.0:
-                old_radius, old_rate = previous[group]
-                gain, carried = record.period / (orbit["radius_time_constant_s"] + record.period), old_radius + old_rate * record.period
-                radius, rate = carried + gain * (radius - carried), old_rate + gain * (rate - old_rate)
-            smoothed[group] = radius, rate
-            if guidance["lead"] != "predicted":
-                led = radius + (guidance["lead_s"] if guidance["lead"] == "constant" else lag) * rate
+            else:
+                led = radius + guidance["lead_s"] * rate
                 radius = np.clip(led, bounds["radius_min_m"], bounds["radius_max_m"])
                 rate = rate if radius == led else 0.0
             steered[time][group] = radius, rate
+        moving_before = set(record.groups[time])
     return steered
 
 
@@ -872,23 +865,23 @@ def one_lag_ahead(scenario, uav, uav_rel_centre, centre_velocity, steered):
 
 
 def flown_feedforward(scenario, uav_velocity, uav_rel_centre, centre_velocity, steered, speed):
-    """Returns the derivative of the desired heading, by central differences of fourth order, for a UAV at this velocity; along
-    the field if it is None."""
-    guidance, (radius, rate) = scenario["guidance"], steered
+    """Returns the derivative of the desired heading, by central differences of fourth order, for a UAV at this velocity, at
+    constant speed relative to the centre."""
+    radius, rate = steered
     field_now = equations_13_20(scenario, uav_rel_centre, radius)
     over_ground_now, too_fast = equations_28_29(field_now, centre_velocity, speed)
     relative_speed = np.hypot(*(over_ground_now - centre_velocity))
 
     def ground_track(t):
         field = equations_13_20(scenario, uav_rel_centre + t * flown, radius + t * rate)
-        if guidance["speed_reference"] == "centre" and not too_fast:
+        if not too_fast:
             return centre_velocity + relative_speed * field
         return equations_28_29(field, centre_velocity, speed)[0]
 
     def change(t):
         return wrap(direction(ground_track(t)) - direction(ground_track(-t)))
 
-    flown, h = (over_ground_now if uav_velocity is None else uav_velocity) - centre_velocity, 1e-4
+    flown, h = uav_velocity - centre_velocity, 1e-4
     return (8 * change(h) - change(2 * h)) / (12 * h)
 
 
@@ -946,7 +939,7 @@ def check_guidance(record, compare):
             desired_speed = max(desired_speed, speed_floor(group.velocity))
             steered = steered_for[time][row.group]
             field = equations_13_20(scenario, relative, steered[0])
-            if guidance["speed_reference"] == "centre":
+            if guidance["law"] == "standoff":
                 desired_speed = np.hypot(*(group.velocity + desired_speed * field))
             speed = np.clip(desired_speed, uavs["speed_m_s"] - change_max, uavs["speed_m_s"] + change_max)
             changed = row.avoided_uav is not None or row.limiting_zone is not None
@@ -962,23 +955,20 @@ def check_guidance(record, compare):
             compare("(29) centre too fast", row.centre_too_fast, too_fast)
 
             heading_error = wrap(row.heading_rad - desired)
-            if guidance["feedforward"] == "trajectory":
+            if guidance["law"] == "standoff":
                 tolerance = DIFFERENCES
                 heading, later, ramp = one_lag_ahead(scenario, row, relative, group.velocity, steered)
                 field_later = equations_13_20(scenario, later, ramp[0])
                 heading_error = wrap(heading - direction(equations_28_29(field_later, group.velocity, speed)[0]))
                 velocity = row.speed_m_s * unit(heading)
                 feedforward = flown_feedforward(scenario, velocity, later, group.velocity, ramp, speed)
-            elif guidance["feedforward"] == "field":
-                tolerance = DIFFERENCES
-                feedforward = flown_feedforward(scenario, None, relative, group.velocity, steered, speed)
             else:
                 tolerance = ROUNDING
                 feedforward = equation_25(guidance, r, radius, rate, speed)
-            what = f"(25) feedforward, {guidance['feedforward']}"
+            form = guidance["law"] if guidance["law"] == "standoff" else guidance["feedforward"]
+            what = f"(25) feedforward, {form}"
             compare(what, row.feedforward_rad_s, feedforward, tolerance=tolerance)
             turn_rate = -guidance["heading_gain_1_s"] * heading_error + feedforward
-            turn_rate -= guidance["turn_rate_gain"] * (row.turn_rate_rad_s - feedforward)
             limited = np.clip(turn_rate, -turn_rate_max, turn_rate_max)
             if changed:
                 # For a changed command, the flag refers to the flown turn rate.

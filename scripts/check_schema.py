@@ -36,7 +36,7 @@ for path in sys.argv[2:]:
     refused("duration", 5)
     refused("guidance", "lead_sec", 3)
     refused("guidance", "lead_s", "three")
-    refused("guidance", "lead", "scheduld")
+    refused("guidance", "law", "standof")
     refused("orbit", "margin_sds", {"uniform": {"min": 1}})
     refused("orbit", "margin_sds", {"uniform": {"min": 1, "max": 2, "mode": 1}})
     refused("uavs", "start", [{"z_m": 1}])

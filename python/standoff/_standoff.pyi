@@ -628,8 +628,8 @@ class Parameters:
     :param of: source of the parameters that are not given: other parameters, a :class:`standoff.Scenario`, the name of
         a built-in scenario or the path of a scenario file; by default the recommended values.
     :param seed: seed for a scenario with random parameters; 1 by default.
-    :param changes: parameters by name: numbers, words or truth values. If only ``lead_s`` is given, ``lead`` becomes
-        ``"constant"``; ``lead_s`` is 0 for the other kinds of lead.
+    :param changes: parameters by name: numbers, words or truth values. ``law`` changes only the guidance, not the other
+        parameters; :meth:`paper` gives all of the law ``"oh-2015"``.
     :raises InputError: if a value is out of range; the message gives the range.
     :raises ScenarioError: if the scenario is invalid.
     """
@@ -1401,12 +1401,10 @@ def steer(uav_position_m: ArrayLike, heading_rad: ArrayLike, centre_m: ArrayLike
     :param steered_rate_m_s: shape (...), rate of that radius, m/s; rate_m_s by default.
     :param centre_velocity_m_s: shape (..., 2), velocity of the centre, east and north, m/s; 0 by default.
     :param speed_m_s: shape (...), commanded ground speed, m/s; speed_m_s of the parameters by default.
-    :param uav_speed_m_s: shape (...), current speed, m/s, used only by the feedforward ``"trajectory"``; speed_m_s by
-        default.
-    :param turn_rate_rad_s: shape (...), current turn rate, rad/s, used only by the feedforward ``"trajectory"`` and if
-        turn_rate_gain > 0; 0 by default.
-    :param parameters: uses orbit_direction, radial_gain, speed_reference, heading_gain_1_s, turn_rate_gain,
-        turn_rate_lag_s, feedforward, speed_m_s; ``Parameters()`` by default.
+    :param uav_speed_m_s: shape (...), current speed, m/s, used only by the law ``"standoff"``; speed_m_s by default.
+    :param turn_rate_rad_s: shape (...), current turn rate, rad/s, used only by the law ``"standoff"``; 0 by default.
+    :param parameters: uses law, orbit_direction, radial_gain, heading_gain_1_s, turn_rate_lag_s, feedforward, speed_m_s;
+        ``Parameters()`` by default.
     :returns: the turn rate and its intermediate values.
     :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
     """
@@ -1420,7 +1418,7 @@ def steered_radius(distance_m: ArrayLike, rate_m_s: ArrayLike, *, speed_m_s: Arr
     :param rate_m_s: shape (...), rate of r_d, m/s.
     :param speed_m_s: shape (...), speed relative to the centre, on which the lead time may depend, m/s; speed_m_s of
         the parameters by default.
-    :param parameters: uses lead, lead_s, radial_gain, radius_min_m, radius_max_m; ``Parameters()`` by default.
+    :param parameters: uses law, lead_s, radial_gain, radius_min_m, radius_max_m; ``Parameters()`` by default.
     :returns: radius, shape (...), m, and its rate, shape (...), m/s; the rate is 0 at a bound.
     :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
     """

@@ -442,7 +442,7 @@ fn latin_hypercube(draws: Draws) -> Vec<Point> {
 }
 
 /// Single changes of the setting, to measure their effects.
-const CHOICES: [(&str, &[&str]); 8] = [
+const CHOICES: [(&str, &[&str]); 7] = [
     ("feedforward as published", &["guidance.feedforward=paper"]),
     ("Lags of 0.5 s", &["uavs.speed_lag_s=0.5", "uavs.turn_rate_lag_s=0.5"]),
     // With shorter lags an Euler step overshoots.

@@ -16,7 +16,7 @@ struct Improvement {
     undo: &'static [&'static str],
 }
 
-const IMPROVEMENTS: [Improvement; 8] = [
+const IMPROVEMENTS: [Improvement; 7] = [
     Improvement {
         name: "margin of 1.645 standard deviations, in metres",
         set: &["orbit.margin=standard-deviations", "orbit.margin_sds=1.645"],

@@ -58,9 +58,9 @@ impl OverrideArgs {
     }
 
     /// Converts the options to overrides and appends the values in `more`.
-    pub(crate) fn overrides_and(&self, more: &[&str]) -> Result<Overrides, Failure> {
+    pub(crate) fn overrides_and(&self, more: &[impl AsRef<str>]) -> Result<Overrides, Failure> {
         let mut overrides = self.overrides()?;
-        overrides.set.extend(more.iter().map(|edit| (*edit).to_owned()));
+        overrides.set.extend(more.iter().map(|edit| edit.as_ref().to_owned()));
         Ok(overrides)
     }
 

@@ -30,7 +30,7 @@ pub(super) fn orbit(centre: Position, centre_velocity: Velocity, distance_m: f64
 pub(super) struct Flight {
     pub(super) uav: UavParams,
     pub(super) guidance: GuidanceParams,
-    form: Form,
+    pub(super) form: Form,
     /// Eastward speed of the centre.
     pub(super) centre_speed_m_s: f64,
     pub(super) radius_m: f64,

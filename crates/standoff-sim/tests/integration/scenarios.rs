@@ -91,7 +91,7 @@ fn unknown_key_suggests_the_right_one() {
         "/mine.toml:3:3: uavs.speeed_m_s: there is no such key; did you mean `speed_m_s`?",
     );
     unknown(
-        "[guidance]\nlead = \"constant\"\nradial-gian = 1.0\n",
+        "[guidance]\nlaw = \"standoff\"\nradial-gian = 1.0\n",
         "/mine.toml:3:1: guidance.radial-gian: there is no such key; did you mean `radial_gain`?",
     );
     unknown("duration = 5\n", "/mine.toml:1:1: duration: there is no such key; did you mean `duration_s`?");

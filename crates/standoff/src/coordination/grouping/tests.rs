@@ -4,7 +4,7 @@ use crate::coordination::event::GroupCreatedReason;
 use crate::frame::Velocity;
 use crate::guidance::heading::OrbitRelativeState;
 use crate::message::{Cue, Report};
-use crate::params::{CentreEstimate, GroupCount, RemovalRule};
+use crate::params::{CentreEstimate, GroupCount, Margin, RemovalRule};
 use crate::tracking::track::Track;
 use crate::uav::{UavId, UavState};
 
@@ -29,13 +29,12 @@ impl World {
         let report = |id| Report { boresight, ..Report::position_only(UavId(id), Time::EPOCH, state) };
         let teammate = |id| Teammate::from_report(&report(id), None, Time::EPOCH);
         let mut params = TeamParams::paper();
-        params.group.handoff_margin_m = 0.0;
         // A field of view so wide that every target is always in view; the effect of the view is tested separately.
         params.track.sensor.field_of_view_rad = crate::math::TAU;
         // The orbits remain those of a usable field of view of 60 degrees.
         params.group.standoff.field_of_view_margin_rad = crate::math::TAU - 60f64.to_radians();
         params.track.sensor.sensing_range_m = 1e5;
-        params.group.margin_sds = 0.0;
+        (params.group.margin, params.group.margin_sds) = (Margin::StandardDeviations, 0.0);
         let mut memberships = Memberships::default();
         (0..).zip(x_m).for_each(|(id, x_m)| memberships.start(track(id, *x_m)));
         Self {
@@ -494,7 +493,7 @@ fn coinciding_targets_form_separate_groups() {
 /// Targets in groups with these indices, one UAV to each, with groups as needed.
 fn as_needed(uavs: u32, x_m: &[f64], groups: &[u32]) -> World {
     let mut world = World::new(uavs, x_m);
-    world.params.group.count = GroupCount::AsNeeded;
+    (world.params.group.count, world.params.group.regrouping_period_s) = (GroupCount::AsNeeded, 30.0);
     for number in 0..groups.iter().max().map_or(0, |last| last + 1) {
         let track_indices: Vec<usize> =
             (0..groups.len()).filter(|track_index| groups[*track_index] == number).collect();
