@@ -15,14 +15,22 @@ pub(super) fn warnings(settings: &Settings, targets: &Targets) -> Vec<String> {
         options_of_the_papers_law(team),
         turning_circle(team, targets),
         bank_limit(settings),
+        wind_reserve(team),
         pair_on_orbit(settings),
         process_noise(settings, targets),
     ];
     all.into_iter().flatten().collect()
 }
 
+/// Ground speed against the wind, as a share of the nominal airspeed, below which UAVs do not hold their orbits well.
+const WIND_RESERVE: f64 = 0.12;
+
+/// The loop of kinematic UAVs (24).
 fn heading_loop(settings: &Settings) -> Option<String> {
     let uav = &settings.team.uav;
+    if uav.bank.is_some() {
+        return None;
+    }
     let modulus = uav.heading_loop_spectral_radius(settings.team.guidance.heading_gain_1_s, settings.period);
     let euler = match uav.integrator {
         Integrator::Euler => " (Euler needs guidance.heading_gain_1_s * period_s below 1)",
@@ -40,6 +48,9 @@ fn heading_loop(settings: &Settings) -> Option<String> {
 fn orbit_loop(settings: &Settings) -> Option<String> {
     let team = &settings.team;
     let radius_m = smallest_orbit_m(team);
+    if team.uav.bank.is_some() || radius_m.is_infinite() {
+        return None;
+    }
     let modulus = team.orbit_loop_spectral_radius(radius_m, settings.period);
     let remedy = match team.guidance.law {
         Law::Standoff => "a shorter period_s or a larger guidance.radial_gain",
@@ -110,6 +121,19 @@ fn bank_limit(settings: &Settings) -> Option<String> {
              or raise uavs.bank.bank_max_deg",
             bank.bank_max_rad.to_degrees(),
             bank.turn_factor,
+        )
+    })
+}
+
+/// UAVs are slow over ground against a wind that is nearly as strong as their highest airspeed.
+fn wind_reserve(team: &TeamParams) -> Option<String> {
+    let (wind_m_s, highest_m_s) = (team.wind?.orbit_wind_m_s, team.uav.speed_max_m_s());
+    let against_m_s = highest_m_s - wind_m_s;
+    (0.0..WIND_RESERVE * team.uav.speed_m_s).contains(&against_m_s).then(|| {
+        format!(
+            "UAVs may not hold their orbits: a wind of {wind_m_s:.1} m/s leaves {against_m_s:.1} m/s over ground against \
+             it, at the highest airspeed of {highest_m_s:.1} m/s; choose a larger uavs.speed_change_max_m_s, or a weaker \
+             wind.orbit_wind_m_s"
         )
     })
 }
@@ -211,5 +235,22 @@ mod tests {
         ] {
             assert_eq!(warnings(changes), [""; 0]);
         }
+    }
+
+    /// With airspeeds of up to 23 m/s: a wind of 21 m/s leaves 2 m/s against it, 20.8 m/s enough, and 23 m/s nothing.
+    #[test]
+    fn a_wind_that_leaves_little_ground_speed_is_named() {
+        let in_wind = |wind: &str| {
+            let wind = format!("wind={{speed_m_s={wind}}}");
+            let (speeds, radius) = ("uavs={count=2,speed_m_s=18,speed_change_max_m_s=5}", "orbit.radius_min_m=690");
+            warnings(&[&wind, speeds, radius]).join("\n")
+        };
+        assert!(
+            in_wind("21").starts_with("UAVs may not hold their orbits: a wind of 21.0 m/s leaves 2.0 m/s"),
+            "{}",
+            in_wind("21")
+        );
+        assert_eq!(in_wind("20.8"), "");
+        assert!(in_wind("23").starts_with("no orbit can be flown: "), "{}", in_wind("23"));
     }
 }
