@@ -239,12 +239,13 @@ pub(super) fn check_room(geofence: &Geofence, settings: &Settings, problems: &mu
         names.push("...".to_owned());
     }
     let zones = format!("keep-in zone{} {}", if keep_in.len() == 1 { "" } else { "s" }, names.join(", "));
+    let in_wind = if wind_m_s > 0.0 { format!(" in a wind of {wind_m_s:.0} m/s") } else { String::new() };
     let what = if found_m < 0.0 {
         format!("no position is inside all of {zones}, but a UAV must be; remove or enlarge some of them")
     } else {
         format!(
             "the largest circle inside {zones}, and outside large keep-out zones, has a radius of {found_m:.0} m; must be at \
-             least {required_m:.0} m, so that a UAV can circle there at its lowest speed, clear of the outlines; enlarge the \
+             least {required_m:.0} m, so that a UAV can circle there at its lowest speed{in_wind}, clear of the outlines; enlarge the \
              zones, or change uavs.speed_m_s, uavs.speed_change_max_m_s or uavs.turn_rate_max_rad_s"
         )
     };
@@ -289,6 +290,9 @@ fn circle_in_metres(typed: &mut Typed, index: usize, earth: &Result<Earth, Strin
 /// Returns warnings about UAVs that start where they may not be, or where they cannot avoid violating a zone.
 pub(super) fn warnings(settings: &Settings, uavs: &[UavState]) -> Vec<String> {
     let geofence = &settings.geofence;
+    if let Some(warning) = wind_warning(settings).filter(|_| !geofence.is_empty()) {
+        return vec![warning];
+    }
     let warning = |(uav, state): (usize, &UavState)| {
         let altitudes_m = settings.team.altitudes_m(UavId(uav as u32), state.vertical);
         let named = |zone: usize| {
@@ -311,6 +315,25 @@ pub(super) fn warnings(settings: &Settings, uavs: &[UavState]) -> Vec<String> {
         })
     };
     if geofence.is_empty() { Vec::new() } else { uavs.iter().enumerate().filter_map(warning).collect() }
+}
+
+/// Returns a warning if UAVs cannot circle over ground in the wind, so that they cannot stay inside zones.
+fn wind_warning(settings: &Settings) -> Option<String> {
+    let uav = &settings.team.uav;
+    let wind_m_s = settings.wind?.at(settings.team.initial_altitude_m(UavId(0))).velocity.speed_m_s();
+    let (key, airspeed_m_s) = match uav.bank {
+        None => (
+            "the lowest airspeed, uavs.speed_m_s - uavs.speed_change_max_m_s",
+            uav.speed_m_s - uav.speed_change_max_m_s,
+        ),
+        Some(_) => ("the nominal airspeed, uavs.speed_m_s", uav.speed_m_s),
+    };
+    (wind_m_s >= airspeed_m_s).then(|| {
+        format!(
+            "UAVs may cross the outlines of zones: they turn away from them on circles over ground at {key} = \
+             {airspeed_m_s}, and the wind of {wind_m_s:.1} m/s is not slower"
+        )
+    })
 }
 
 /// Converts the zones of a file to those of the table that names it.
@@ -630,7 +653,7 @@ mod tests {
         assert!(apart.starts_with("mine:1:3: geofence: ") && apart.contains(expected), "{apart}");
         let small = typed(&square("a", 0.0, 60.0)).unwrap_err();
         let expected = "the largest circle inside keep-in zone 0 \"a\", and outside large keep-out zones, has a radius of \
-                        60 m; must be at least 88 m";
+                        60 m; must be at least 89 m";
         assert!(small.contains(expected), "{small}");
         // A slower or more agile UAV has room.
         assert!(typed(&format!("[uavs]\nturn_rate_max_rad_s = 0.5\n{}", square("a", 0.0, 60.0))).is_ok());
@@ -968,5 +991,23 @@ mod tests {
             typed(&format!("{zone}{ceiling_m}\n[[uavs.start]]\nx_m = 200\n")).unwrap().warnings
         };
         assert_eq!((below("299").len(), below("300").len()), (0, 1));
+    }
+
+    /// In wind, a circle over ground needs more room than in calm air; without one, UAVs cannot stay inside.
+    #[test]
+    fn the_wind_counts_for_room_and_starts() {
+        let zones = |kind: &str, x_m: f64, wind_m_s: f64| {
+            let zone =
+                format!("[[geofence]]\nkind = \"{kind}\"\nvertices = [[0, -500], [300, -500], [300, 500], [0, 500]]\n");
+            typed(&format!("{zone}[wind]\nspeed_m_s = {wind_m_s}\nfrom_deg = 0\n[[uavs.start]]\nx_m = {x_m}\n"))
+        };
+        assert_eq!(zones("keep-in", 150.0, 0.0).unwrap().warnings, [""; 0]);
+        let error = zones("keep-in", 150.0, 10.0).unwrap_err().to_string();
+        assert!(error.contains("circle there at its lowest speed in a wind of 10 m/s"), "{error}");
+        assert_eq!(zones("keep-out", -150.0, 0.0).unwrap().warnings, [""; 0]);
+        let warnings = zones("keep-out", -150.0, 20.0).unwrap().warnings;
+        assert!(warnings[0].contains("may not be able to turn away"), "{warnings:?}");
+        let warnings = zones("keep-out", -5000.0, 26.0).unwrap().warnings;
+        assert!(warnings[0].starts_with("UAVs may cross the outlines of zones: "), "{warnings:?}");
     }
 }

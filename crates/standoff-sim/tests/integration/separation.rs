@@ -51,18 +51,33 @@ fn to_side_m(at: Point, (a, b): (Point, Point)) -> f64 {
     apart_m(at, (a.0 + share * dx, a.1 + share * dy))
 }
 
-/// A drawn scenario, and its zone.
+/// True for a keep-in zone, false for a keep-out zone; and its outline.
+type Zone = (bool, Vec<Point>);
+
+/// A drawn scenario, and its zones.
 struct Drawn {
     toml: String,
-    /// Keep-in or keep-out zone.
-    zone: Option<(bool, Vec<Point>)>,
+    zones: Vec<Zone>,
+}
+
+/// Zones of a family.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Zones {
+    None,
+    /// One zone near or around the orbits; starts at least 400 m from its outline.
+    One,
+    /// Several open boxes, blocks or stars, or a corridor; starts at least 150 m from their outlines.
+    Several,
 }
 
 /// Ranges from which a family of scenarios is drawn.
 #[derive(Debug, Clone, Copy)]
 struct Family {
     uavs: (usize, usize),
-    has_zone: bool,
+    zones: Zones,
+    /// True for a wind of 5 to 12 m/s from any direction and airspeeds of 40 m/s +-4, +-8 or +-15 m/s, half of the runs with
+    /// banking aircraft.
+    is_windy: bool,
     policy: &'static str,
     period_max_s: f64,
     lag_max_s: f64,
@@ -70,7 +85,7 @@ struct Family {
     extra: &'static str,
 }
 
-fn zone(draw: &mut Draw) -> (bool, Vec<Point>) {
+fn one_zone(draw: &mut Draw) -> Zone {
     let turned = draw.between(-PI, PI);
     let at = |radius_m: f64, angle: f64| (radius_m * cos(angle + turned), radius_m * sin(angle + turned));
     match draw.below(4) {
@@ -113,6 +128,66 @@ fn zone(draw: &mut Draw) -> (bool, Vec<Point>) {
     }
 }
 
+fn several_zones(draw: &mut Draw) -> Vec<Zone> {
+    let turned = draw.between(-PI, PI);
+    let put = |centre: Point, turned: f64, (x, y): Point| {
+        (centre.0 + x * cos(turned) - y * sin(turned), centre.1 + x * sin(turned) + y * cos(turned))
+    };
+    let open_box = |draw: &mut Draw| {
+        let (centre, turned) = ((draw.between(-900.0, 900.0), draw.between(-900.0, 900.0)), draw.between(-PI, PI));
+        let (half_m, wall_m) = (draw.between(150.0, 400.0), draw.between(20.0, 40.0));
+        let inner_m = half_m - wall_m;
+        let outer = [(-half_m, -half_m), (half_m, -half_m), (half_m, half_m), (inner_m, half_m)];
+        let inner = [(inner_m, -inner_m), (-inner_m, -inner_m), (-inner_m, half_m), (-half_m, half_m)];
+        (false, outer.into_iter().chain(inner).map(|at| put(centre, turned, at)).collect())
+    };
+    let star = |draw: &mut Draw| {
+        let (centre, size_m) =
+            ((draw.between(-1000.0, 1000.0), draw.between(-1000.0, 1000.0)), draw.between(50.0, 400.0));
+        let corners = 3 + draw.below(8);
+        let corner = |n: usize| {
+            let angle = 2.0 * PI * (n as f64 + draw.between(0.0, 0.6)) / corners as f64;
+            put(centre, angle, (size_m * draw.between(0.25, 1.0), 0.0))
+        };
+        (false, (0..corners).map(corner).collect())
+    };
+    let rectangle = |[west, south, east, north]: [f64; 4]| {
+        [(west, south), (east, south), (east, north), (west, north)].map(|at| put((0.0, 0.0), turned, at)).to_vec()
+    };
+    match draw.below(4) {
+        0 => (0..2 + draw.below(3)).map(|_| open_box(draw)).collect(),
+        1 => {
+            let (size_m, apart_m) = (draw.between(60.0, 200.0), draw.between(80.0, 260.0));
+            let block = |draw: &mut Draw| {
+                let [x, y] = [draw.below(7) as f64 - 3.0, draw.below(5) as f64 - 2.0].map(|n| n * (size_m + apart_m));
+                (false, rectangle([x, y, x + size_m, y + size_m]))
+            };
+            (0..3 + draw.below(5)).map(|_| block(draw)).collect()
+        }
+        2 => {
+            let (wide_m, long_m) = (draw.between(330.0, 700.0), draw.between(900.0, 2500.0));
+            vec![(true, rectangle([-long_m, -wide_m, long_m, wide_m]))]
+        }
+        _ => {
+            let stars: Vec<Zone> = (0..2 + draw.below(4)).map(|_| star(draw)).collect();
+            let around = (draw.below(2) == 0).then(|| (true, rectangle([-2300.0, -2300.0, 2300.0, 2300.0])));
+            stars.into_iter().chain(around).collect()
+        }
+    }
+}
+
+/// Lines of a drawn wind, and of the airspeeds; and the difference of the latter from the nominal one, m/s.
+fn wind(draw: &mut Draw) -> (String, f64) {
+    let change_m_s = [4.0, 8.0, 15.0][draw.below(3)];
+    let dynamics = ["kinematic", "bank"][draw.below(2)];
+    let (wind_m_s, from_deg) = (draw.between(5.0, 12.0), draw.between(0.0, 360.0));
+    let lines = format!(
+        "dynamics = \"{dynamics}\"\nspeed_change_max_m_s = {change_m_s}\n[wind]\nspeed_m_s = {wind_m_s:.3}\n\
+         from_deg = {from_deg:.2}\n"
+    );
+    (lines, change_m_s)
+}
+
 fn draw_angle(n: usize, sides: usize) -> f64 {
     5.2 * n as f64 / sides as f64
 }
@@ -121,7 +196,12 @@ fn drawn(family: &Family, seed: u64) -> Drawn {
     let mut draw = Draw(seed);
     let draw = &mut draw;
     let count = family.uavs.0 + draw.below(family.uavs.1 - family.uavs.0 + 1);
-    let zone = family.has_zone.then(|| zone(draw));
+    let zones = match family.zones {
+        Zones::None => Vec::new(),
+        Zones::One => vec![one_zone(draw)],
+        Zones::Several => several_zones(draw),
+    };
+    let (wind, change_m_s) = if family.is_windy { wind(draw) } else { (String::new(), 10.0) };
     let mut toml = format!("about = \"drawn\"\nduration_s = {}\n", family.duration_s);
     let period_s =
         if family.period_max_s > 0.5 { [0.5f64, 1.0, 1.5, 2.0][draw.below(4)].min(family.period_max_s) } else { 0.5 };
@@ -130,19 +210,20 @@ fn drawn(family: &Family, seed: u64) -> Drawn {
     let _ = writeln!(
         toml,
         "period_s = {period_s}\n[groups]\naltitude_policy = \"{}\"\n[sensor]\nrange_sd_m = 10\nbearing_sd_deg = 3\n\
-        [targets]\nacceleration_sd_m_s2 = 0.03\n[uavs]\nspeed_lag_s = {}\nturn_rate_lag_s = {}\n{}",
+        [targets]\nacceleration_sd_m_s2 = 0.03\n[uavs]\nspeed_lag_s = {}\nturn_rate_lag_s = {}\n{}{wind}",
         family.policy, lags_s[0], lags_s[1], family.extra
     );
     let half_m = if count > 4 { 1100.0 } else { 900.0 };
     let mut starts: Vec<Point> = Vec::new();
     let is_free = |at: Point| {
-        zone.as_ref().is_none_or(|(keep_in, polygon)| {
+        let least_m = if family.zones == Zones::Several { 150.0 } else { 400.0 };
+        zones.iter().all(|(keep_in, polygon)| {
             let sides = polygon.iter().zip(polygon.iter().cycle().skip(1));
             is_inside(at, polygon) == *keep_in
-                && sides.fold(f64::INFINITY, |least, (a, b)| least.min(to_side_m(at, (*a, *b)))) > 400.0
+                && sides.fold(f64::INFINITY, |least, (a, b)| least.min(to_side_m(at, (*a, *b)))) > least_m
         })
     };
-    let half_m = if zone.is_some() { 1700.0 } else { half_m };
+    let half_m = if zones.is_empty() { half_m } else { 1700.0 };
     while starts.len() < count {
         let at = (draw.between(-half_m, half_m), draw.between(-half_m, half_m));
         if is_free(at) && starts.iter().all(|other| apart_m(*other, at) >= 300.0) {
@@ -150,7 +231,8 @@ fn drawn(family: &Family, seed: u64) -> Drawn {
         }
     }
     for (x, y) in starts {
-        let (heading_deg, speed_m_s) = (draw.between(-180.0, 180.0), draw.between(30.0, 50.0));
+        let (heading_deg, speed_m_s) =
+            (draw.between(-180.0, 180.0), 40.0 + draw.between(-1.0, 1.0) * f64::min(change_m_s, 10.0));
         let _ = writeln!(
             toml,
             "[[uavs.start]]\nx_m = {x:.3}\ny_m = {y:.3}\nheading_deg = {heading_deg:.4}\nspeed_m_s = {speed_m_s}"
@@ -159,7 +241,7 @@ fn drawn(family: &Family, seed: u64) -> Drawn {
     let groups = 1 + draw.below(if count > 4 { 4 } else { 3 });
     for _ in 0..groups {
         let mut centre = (draw.between(-500.0, 500.0), draw.between(-500.0, 500.0));
-        if let Some((true, _)) = zone {
+        if family.zones == Zones::One && zones[0].0 {
             centre = (centre.0 - 500.0, centre.1 - 500.0);
         }
         let (direction, speed_m_s) = (draw.between(-PI, PI), draw.between(0.0, 12.0));
@@ -169,12 +251,12 @@ fn drawn(family: &Family, seed: u64) -> Drawn {
             let _ = writeln!(toml, "[[targets.start]]\nx_m = {x:.3}\ny_m = {y:.3}\nvx_m_s = {vx:.4}\nvy_m_s = {vy:.4}");
         }
     }
-    if let Some((keep_in, polygon)) = &zone {
+    for (keep_in, polygon) in &zones {
         let corners: Vec<String> = polygon.iter().map(|(x, y)| format!("[{x:.4}, {y:.4}]")).collect();
         let kind = if *keep_in { "keep-in" } else { "keep-out" };
         let _ = writeln!(toml, "[[geofence]]\nkind = \"{kind}\"\nvertices = [{}]", corners.join(", "));
     }
-    Drawn { toml, zone }
+    Drawn { toml, zones }
 }
 
 /// Points of a time step between two states: cubic Hermite interpolation of positions and velocities.
@@ -195,8 +277,10 @@ struct Flown {
     at_s: [f64; 2],
     /// Distance of the intruder to the nearest UAV at the start, m.
     starts_m: f64,
-    /// Largest distance of a UAV from the outline of the zone, on its wrong side, m.
+    /// Largest distance of a UAV from the outline of a zone, on its wrong side, m.
     crossed_m: f64,
+    /// True if a warning says that a UAV cannot stay inside its zones from its start.
+    is_warned: bool,
     reversals_per_min: f64,
     phase_error_deg: f64,
     custody: f64,
@@ -205,7 +289,7 @@ struct Flown {
 
 const SUBSTEPS: usize = 16;
 
-fn measure(frames: &[Frame], zone: Option<&(bool, Vec<Point>)>) -> Flown {
+fn measure(frames: &[Frame], zones: &[Zone]) -> Flown {
     let far = f64::INFINITY;
     let mut flown = Flown { teammates_m: far, intruder_m: far, starts_m: far, ..Flown::default() };
     let motion = |x_m: f64, y_m: f64, heading_rad: f64, speed_m_s: f64| {
@@ -264,7 +348,7 @@ fn measure(frames: &[Frame], zone: Option<&(bool, Vec<Point>)>) -> Flown {
                         }
                     }
                 }
-                if let Some((_, polygon)) = zone.filter(|(keep_in, polygon)| is_inside(*point, polygon) != *keep_in) {
+                for (_, polygon) in zones.iter().filter(|(keep_in, polygon)| is_inside(*point, polygon) != *keep_in) {
                     let sides = polygon.iter().zip(polygon.iter().cycle().skip(1));
                     let beyond_m = sides.map(|(a, b)| to_side_m(*point, (*a, *b))).fold(f64::INFINITY, f64::min);
                     flown.crossed_m = flown.crossed_m.max(beyond_m);
@@ -275,7 +359,7 @@ fn measure(frames: &[Frame], zone: Option<&(bool, Vec<Point>)>) -> Flown {
     flown
 }
 
-fn fly(toml: &str, zone: Option<&(bool, Vec<Point>)>, set: &[&str], seed: u64) -> Flown {
+fn fly(toml: &str, zones: &[Zone], set: &[&str], seed: u64) -> Flown {
     let overrides = crate::common::overrides(set);
     let template = ScenarioTemplate::of_toml("drawn", toml, &overrides, Path::new(""))
         .unwrap_or_else(|error| panic!("{error}\n{toml}"));
@@ -286,14 +370,15 @@ fn fly(toml: &str, zone: Option<&(bool, Vec<Point>)>, set: &[&str], seed: u64) -
         reversals_per_min: metrics.turn_reversals_per_min.unwrap_or_default(),
         phase_error_deg: metrics.phase_error_deg.unwrap_or_default(),
         custody: metrics.custody_fraction.unwrap_or_default(),
+        is_warned: scenario.warnings.iter().any(|warning| warning.starts_with("UAV ")),
         out_of_view: metrics.member_out_of_view_fraction.unwrap_or_default(),
-        ..measure(&frames, zone)
+        ..measure(&frames, zones)
     }
 }
 
 fn fly_drawn(family: &Family, set: &[&str], seed: u64) -> Flown {
-    let Drawn { toml, zone } = drawn(family, seed);
-    fly(&toml, zone.as_ref(), set, seed)
+    let Drawn { toml, zones } = drawn(family, seed);
+    fly(&toml, &zones, set, seed)
 }
 
 /// Value of an environment variable; `default` without it.
@@ -335,7 +420,8 @@ const RADIO: &str = "[radio]\npacket_loss = 0.2\nlatency_s = { uniform = [0.5, 1
 
 const FEW: Family = Family {
     uavs: (2, 4),
-    has_zone: false,
+    zones: Zones::None,
+    is_windy: false,
     policy: "common",
     period_max_s: 0.5,
     lag_max_s: 0.0,
@@ -343,17 +429,20 @@ const FEW: Family = Family {
     extra: NONE,
 };
 
-const BANKING_ZONE_WIND: Family = Family { has_zone: true, duration_s: 150.0, extra: BANKING_IN_WIND, ..FEW };
+const BANKING_ZONE_WIND: Family = Family { zones: Zones::One, duration_s: 150.0, extra: BANKING_IN_WIND, ..FEW };
 
 /// Families of scenarios: name, ranges, and maximum number of runs per 1,000 below 50 m.
 const FAMILIES: &[(&str, Family, f64)] = &[
     ("few", FEW, 0.0),
     ("many", Family { uavs: (6, 8), ..FEW }, 0.5),
-    ("zone", Family { has_zone: true, duration_s: 150.0, ..FEW }, 1.0),
-    ("zone-per-group", Family { has_zone: true, duration_s: 150.0, policy: "per-group", ..FEW }, 1.0),
+    ("zone", Family { zones: Zones::One, duration_s: 150.0, ..FEW }, 1.0),
+    ("zone-per-group", Family { zones: Zones::One, duration_s: 150.0, policy: "per-group", ..FEW }, 1.0),
+    ("windy", Family { uavs: (2, 6), is_windy: true, ..FEW }, 0.0),
+    ("windy-zone", Family { uavs: (2, 6), zones: Zones::One, is_windy: true, duration_s: 150.0, ..FEW }, 1.0),
+    ("windy-zones", Family { uavs: (2, 6), zones: Zones::Several, is_windy: true, duration_s: 120.0, ..FEW }, 1.0),
     ("radio", Family { extra: RADIO, ..FEW }, 1.0),
     ("banking", Family { extra: BANKING, ..FEW }, 0.5),
-    ("banking-zone", Family { has_zone: true, duration_s: 150.0, extra: BANKING, ..FEW }, 1.0),
+    ("banking-zone", Family { zones: Zones::One, duration_s: 150.0, extra: BANKING, ..FEW }, 1.0),
     ("banking-wind", Family { extra: BANKING_IN_WIND, ..FEW }, 0.5),
     ("banking-zone-wind", BANKING_ZONE_WIND, 1.0),
     ("slow-period", Family { uavs: (4, 4), period_max_s: 2.0, ..FEW }, 1.0),
@@ -389,10 +478,11 @@ fn check(name: &str, family: &Family, runs: u64, allowed_per_1000: f64) {
             at_s[0], at_s[1]
         );
     }
-    for (seed, flown) in all.iter().filter(|(_, flown)| flown.crossed_m > 0.0).take(20) {
+    let crossed = || all.iter().filter(|(_, flown)| flown.crossed_m > 0.0 && !flown.is_warned);
+    for (seed, flown) in crossed().take(20) {
         println!("    seed {seed}: a UAV was {:.2} m beyond the outline of the zone", flown.crossed_m);
     }
-    assert!(all.iter().all(|(_, flown)| flown.crossed_m == 0.0), "{name}: a UAV crossed the outline of a zone");
+    assert!(crossed().next().is_none(), "{name}: a UAV crossed the outline of a zone");
     let allowed = (allowed_per_1000 * all.len() as f64 / 1000.0).ceil() as usize;
     assert!(below(50.0).count() <= allowed, "{name}: {} of {} runs are below 50 m", below(50.0).count(), all.len());
 }
@@ -427,7 +517,7 @@ fn uavs_avoid_each_other_relative_to_the_air() {
     }
 }
 
-/// With circles of constant ground speed, which banking aircraft lack the power for, UAVs cross the outlines of these
+/// With circles of constant ground speed, which banking aircraft lack the power for, UAVs crossed the outlines of these
 /// zones by up to 152 m.
 #[test]
 fn banking_uavs_stay_inside_zones_in_wind() {
@@ -470,8 +560,8 @@ fn two_uavs_do_not_undo_the_manoeuvres_of_each_other() {
             { x_m = 72.874, y_m = 192.476, vx_m_s = -3.928, vy_m_s = 0.946 },
         ]
     "#;
-    let flown = fly(toml, None, &[], 3);
+    let flown = fly(toml, &[], &[], 3);
     assert!(flown.teammates_m >= 50.0 && flown.reversals_per_min < 4.0, "{flown:?}");
-    let without = fly(toml, None, &["separation=false"], 3);
+    let without = fly(toml, &[], &["separation=false"], 3);
     assert!(without.teammates_m < 50.0, "{without:?}");
 }

@@ -9,6 +9,8 @@
 //! E. Feron, *Decentralized Cooperative Trajectory Planning of Multiple Aircraft with Hard Safety Guarantees*, AIAA
 //! Guidance, Navigation, and Control Conference 2004).
 
+use core::cell::OnceCell;
+
 use nalgebra::Vector2;
 
 use crate::angle::Angle;
@@ -155,6 +157,25 @@ impl Path {
     }
 }
 
+/// The two paths of a UAV after a command, each computed when it is needed.
+#[derive(Debug)]
+pub(crate) struct Paths<'a> {
+    model: &'a FallbackModel,
+    from: &'a Motion,
+    pub(crate) command: Command,
+    paths: [OnceCell<Path>; 2],
+}
+
+impl<'a> Paths<'a> {
+    pub(crate) fn after(model: &'a FallbackModel, from: &'a Motion, command: Command) -> Self {
+        Self { model, from, command, paths: [OnceCell::new(), OnceCell::new()] }
+    }
+
+    pub(crate) fn of(&self, sense: Sense) -> &Path {
+        self.paths[sense as usize].get_or_init(|| self.model.path(self.from, self.command, sense))
+    }
+}
+
 impl FallbackModel {
     /// Fallback in the air.
     pub(crate) fn in_air(airframe: Airframe, period_s: f64) -> Self {
@@ -211,6 +232,12 @@ impl FallbackModel {
         let wind = self.ring_wind(motion);
         let wind_m_s = wind.map_or(0.0, |wind| wind.velocity.speed_m_s().max(self.airframe.wind_m_s));
         (airspeed_m_s, self.airframe.circle_m(airspeed_m_s, wind_m_s))
+    }
+
+    /// False if the wind is at least as fast as a UAV on its circle over ground.
+    pub(crate) fn can_circle(&self, motion: &Motion) -> bool {
+        let (airspeed_m_s, _) = self.circle(motion);
+        self.ring_wind(motion).is_none_or(|wind| wind.velocity.speed_m_s() < airspeed_m_s)
     }
 
     /// Radius of the circle of a UAV, m.

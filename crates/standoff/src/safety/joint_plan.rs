@@ -1,7 +1,7 @@
 //! Joint plan of UAVs near each other: each computes the commands of those before it.
 
 use crate::message::Manoeuvre;
-use crate::safety::fallback::{Path, Sense, choose_senses};
+use crate::safety::fallback::{Path, Paths, Sense, choose_senses};
 use crate::safety::motion::Motion;
 use crate::safety::other_aircraft::{OtherAircraft, SILENT_MAX_S};
 use crate::safety::predicted_trajectory::{Intent, PredictedTrajectory, SampledTrajectory};
@@ -9,7 +9,7 @@ use crate::safety::selection::Neighbours;
 use crate::safety::separation::{
     AHEAD_S, Avoidance, BUFFER_M, CollisionAvoidance, DRIFT_M_S, DesiredCommands, FALLBACK_BUFFER_M, Near, avoiding,
 };
-use crate::safety::zones::Of;
+use crate::safety::zones::{Of, Outlines};
 use crate::uav::{Aircraft, Command, UavId};
 
 /// Maximum number of UAVs that are planned together: the nearest ones.
@@ -42,6 +42,8 @@ pub(crate) struct JointPlan<'a> {
     /// For each UAV, those whose fallbacks its own may meet.
     meets: Vec<Vec<usize>>,
     intruders: Vec<OtherAircraft>,
+    /// Outlines near each UAV; empty without a geofence.
+    outlines: Vec<Outlines>,
 }
 
 impl<'a> JointPlan<'a> {
@@ -78,7 +80,9 @@ impl<'a> JointPlan<'a> {
             let avoids = planned.manoeuvre.and_then(|manoeuvre| manoeuvre.avoids);
             (matches!(avoids, Some(Aircraft::Intruder(_))), planned.uav)
         });
-        let mut plan = Self { own, planned, meets: Vec::new(), intruders };
+        let outlines =
+            own.geofence.map_or(Vec::new(), |of| planned.iter().map(|planned| of.outlines(&planned.motion)).collect());
+        let mut plan = Self { own, planned, meets: Vec::new(), intruders, outlines };
         let all = 0..plan.planned.len();
         plan.meets =
             all.clone().map(|index| all.clone().filter(|other| plan.can_meet(index, *other)).collect()).collect();
@@ -99,7 +103,7 @@ impl<'a> JointPlan<'a> {
                 Some((self.planned[*other].uav, fallbacks[*other].as_ref()?, self.required_m(index, *other)))
             });
             let neighbours = Neighbours { near: &near, fallbacks: met.collect() };
-            let turns = |command| self.turns(index, command);
+            let turns = |paths: &Paths| Sense::BOTH.map(|sense| self.is_clear(index, || paths.of(sense)));
             let (flown, sense, avoidance) = uav.nearest_command(planned.desired, &neighbours, turns);
             if planned.uav == self.own.id {
                 return (flown, avoidance);
@@ -141,11 +145,11 @@ impl<'a> JointPlan<'a> {
         CollisionAvoidance { id, own, manoeuvre, plan: self.own.plan.filter(|_| id == self.own.id), ..*self.own }
     }
 
-    /// Fallbacks, to the left and to the right, that the geofence allows after a command.
-    fn turns(&self, index: usize, command: Command) -> [bool; 2] {
-        let Planned { uav, ref motion, .. } = self.planned[index];
-        let of = if uav == self.own.id { Of::Choice } else { Of::Flown };
-        self.own.geofence.map_or([true; 2], |geofence| geofence.safe_turns(motion, command, of))
+    /// True if the geofence allows a path of a UAV.
+    fn is_clear<'b>(&self, index: usize, path: impl FnOnce() -> &'b Path) -> bool {
+        let Some((geofence, outlines)) = self.own.geofence.zip(self.outlines.get(index)) else { return true };
+        let of = if self.planned[index].uav == self.own.id { Of::Choice } else { Of::Flown };
+        outlines.are_far() || geofence.is_clear(path(), outlines, of)
     }
 
     /// Fallbacks of all UAVs after their desired commands or, if these fall short together, from now on. `None` for
@@ -163,19 +167,19 @@ impl<'a> JointPlan<'a> {
     fn fallbacks_after(&self, command_of: impl Fn(usize, Sense) -> Command, is_now: bool) -> (f64, Vec<Option<Path>>) {
         let is_met = |index: usize| !self.meets[index].is_empty() || self.meets.iter().any(|met| met.contains(&index));
         let all = 0..self.planned.len();
+        let path = |index: usize, sense| {
+            let is_needed = is_met(index) || self.outlines.get(index).is_some_and(|outlines| !outlines.are_far());
+            is_needed.then(|| self.own.fallbacks.path(&self.planned[index].motion, command_of(index, sense), sense))
+        };
+        let mut paths: Vec<[Option<Path>; 2]> =
+            all.clone().map(|index| Sense::BOTH.map(|sense| path(index, sense))).collect();
         let is_possible: Vec<[bool; 2]> = all
-            .clone()
             .map(|index| {
-                let after = |sense: Sense| self.turns(index, command_of(index, sense))[sense as usize];
-                let possible = Sense::BOTH.map(after);
+                let is_clear = |path: &Option<Path>| path.as_ref().is_none_or(|path| self.is_clear(index, || path));
+                let possible = [0, 1].map(|sense| is_clear(&paths[index][sense]));
                 if is_now && possible == [false; 2] { self.avoidance_of(index).last_turn() } else { possible }
             })
             .collect();
-        let path_of = |index: usize, sense| {
-            is_met(index).then(|| self.own.fallbacks.path(&self.planned[index].motion, command_of(index, sense), sense))
-        };
-        let mut paths: Vec<[Option<Path>; 2]> =
-            all.map(|index| Sense::BOTH.map(|sense| path_of(index, sense))).collect();
         let preferred: Vec<Sense> = self.planned.iter().map(Planned::preferred_sense).collect();
         let (short, senses) = choose_senses(&preferred, |i, s, j, t| {
             if !is_possible[i][s as usize] {

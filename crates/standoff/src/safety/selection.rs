@@ -4,7 +4,7 @@
 //! shortfall of fallbacks.
 
 use crate::safety::candidates::candidates;
-use crate::safety::fallback::{Path, Sense};
+use crate::safety::fallback::{Path, Paths, Sense};
 use crate::safety::predicted_trajectory::{Intent, PredictedTrajectory, SampledTrajectory, least_length};
 use crate::safety::pursuer;
 use crate::safety::separation::{Avoidance, CollisionAvoidance, Near, Required, avoidance, avoiding};
@@ -66,15 +66,16 @@ impl CollisionAvoidance<'_> {
         &self,
         (desired, course): (Command, PredictedTrajectory),
         neighbours: &Neighbours,
-        turns: impl Fn(Command) -> [bool; 2],
+        turns: impl Fn(&Paths) -> [bool; 2],
     ) -> (Command, Sense, Option<Avoidance>) {
         let near = neighbours.near;
         let (short, near_avoidance) = self.shortfall(&course.sampled(), near, f64::INFINITY);
-        let possible = turns(desired);
+        let paths = Paths::after(self.fallbacks, self.own, desired);
+        let possible = turns(&paths);
         let is_allowed = possible != [false; 2];
         let possible = if is_allowed { possible } else { self.last_turn() };
         let (fallback_short, sense, fallback_avoidance) =
-            self.fallback_shortfall(desired, neighbours, f64::INFINITY, possible);
+            self.fallback_shortfall(&paths, neighbours, f64::INFINITY, possible);
         if short <= 0.0 && fallback_short <= 0.0 && is_allowed {
             return (desired, sense, None);
         }
@@ -124,21 +125,20 @@ impl CollisionAvoidance<'_> {
     /// nearest. The search may stop once the shortfall reaches `short_max`.
     fn fallback_shortfall(
         &self,
-        command: Command,
+        paths: &Paths,
         neighbours: &Neighbours,
         short_max: f64,
         possible: [bool; 2],
     ) -> (f64, Sense, Option<Avoidance>) {
-        let first = Sense::of(command.turn_rate_rad_s >= 0.0);
+        let first = Sense::of(paths.command.turn_rate_rad_s >= 0.0);
         if neighbours.fallbacks.is_empty() {
             return (0.0, first, None);
         }
         let mut best = (f64::INFINITY, first, None);
         for sense in first.with_other().into_iter().filter(|sense| possible[*sense as usize]) {
-            let path = self.fallbacks.path(self.own, command, sense);
             let mut worst = (0.0, sense, None);
             for (uav, other, required_m) in &neighbours.fallbacks {
-                let short = self.fallbacks.shortfall(&path, other, *required_m, self.own.wind);
+                let short = self.fallbacks.shortfall(paths.of(sense), other, *required_m, self.own.wind);
                 if short > worst.0 {
                     let predicted_distance_m = required_m * (1.0 - short).max(0.0);
                     worst = (short, sense, Some(avoidance(Aircraft::Uav(*uav), predicted_distance_m)));
@@ -201,7 +201,7 @@ impl Search<'_> {
         &self,
         (effort, command): (f64, Command),
         best: &Choice,
-        turns: impl Fn(Command) -> [bool; 2],
+        turns: impl Fn(&Paths) -> [bool; 2],
     ) -> Option<Choice> {
         let effort = effort + self.change_cost(command);
         // A command with a larger shortfall costs more than the best one.
@@ -215,13 +215,14 @@ impl Search<'_> {
         }
         let cost = effort + SHORTFALL_COST * short;
         let short_max = ((best.cost - cost) / FALLBACK_SHORTFALL_COST - 1.0).max(f64::MIN_POSITIVE);
-        let fallback = |possible| self.avoidance.fallback_shortfall(command, self.neighbours, short_max, possible);
+        let paths = Paths::after(self.avoidance.fallbacks, self.avoidance.own, command);
+        let fallback = |possible| self.avoidance.fallback_shortfall(&paths, self.neighbours, short_max, possible);
         // Without the geofence first, because its turns take longer to compute.
         let mut chosen = fallback([true; 2]);
         if chosen.0 >= short_max {
             return None;
         }
-        let possible = turns(command);
+        let possible = turns(&paths);
         if possible == [false; 2] {
             return None;
         }

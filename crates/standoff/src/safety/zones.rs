@@ -38,6 +38,21 @@ pub(crate) struct GeofenceSafety {
     reach_m: f64,
 }
 
+/// Outlines near a UAV.
+#[derive(Debug, Clone)]
+pub(crate) struct Outlines {
+    sides: Vec<Side>,
+    /// True if the zones allow the position of the UAV.
+    is_allowed: bool,
+}
+
+impl Outlines {
+    /// True if every path is clear of them.
+    pub(crate) fn are_far(&self) -> bool {
+        self.is_allowed && self.sides.is_empty()
+    }
+}
+
 /// Who flies a path: a margin covers errors of the predicted wind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Of {
@@ -152,14 +167,14 @@ impl GeofenceSafety {
         (allowed.unwrap_or_else(|| self.fallback(own, plan, &sides).0), Some(zone))
     }
 
-    /// Fallbacks, to the left and to the right, that stay clear of every outline forever after a command was held for one
-    /// period. Neither, if the command is not allowed.
-    pub(crate) fn safe_turns(&self, own: &Motion, command: Command, of: Of) -> [bool; 2] {
-        if !self.geofence().contains(own.state.position) {
-            return [false; 2];
-        }
-        let sides = self.sides_near(own);
-        Sense::BOTH.map(|sense| self.forbidding_zone_of(&self.model.path(own, command, sense), &sides, of).is_none())
+    /// Outlines that a UAV may reach.
+    pub(crate) fn outlines(&self, own: &Motion) -> Outlines {
+        Outlines { sides: self.sides_near(own), is_allowed: self.geofence().contains(own.state.position) }
+    }
+
+    /// Returns true if a path that begins at an allowed position stays clear of every outline forever.
+    pub(crate) fn is_clear(&self, path: &Path, outlines: &Outlines, of: Of) -> bool {
+        outlines.is_allowed && self.forbidding_zone_of(path, &outlines.sides, of).is_none()
     }
 
     /// Returns true if the position is allowed and a fallback stays clear of every outline forever.
@@ -167,7 +182,7 @@ impl GeofenceSafety {
         let sides = self.sides_near(own);
         let turns = Sense::BOTH.map(|sense| self.model.path(own, self.model.command(own, sense, None), sense));
         let is_clear = |path: &Path| self.forbidding_zone_of(path, &sides, Of::Choice).is_none();
-        self.geofence().contains(own.state.position) && turns.iter().any(is_clear)
+        self.geofence().contains(own.state.position) && self.model.can_circle(own) && turns.iter().any(is_clear)
     }
 
     /// The plan of a UAV that flies a command: the fallback after it that stays furthest from all outlines; or the plan
