@@ -999,15 +999,19 @@ mod tests {
         let zones = |kind: &str, x_m: f64, wind_m_s: f64| {
             let zone =
                 format!("[[geofence]]\nkind = \"{kind}\"\nvertices = [[0, -500], [300, -500], [300, 500], [0, 500]]\n");
-            typed(&format!("{zone}[wind]\nspeed_m_s = {wind_m_s}\nfrom_deg = 0\n[[uavs.start]]\nx_m = {x_m}\n"))
+            typed(&format!("{zone}[wind]\nspeed_m_s = {wind_m_s}\nfrom_deg = 270\n[[uavs.start]]\nx_m = {x_m}\n"))
         };
         assert_eq!(zones("keep-in", 150.0, 0.0).unwrap().warnings, [""; 0]);
         let error = zones("keep-in", 150.0, 10.0).unwrap_err().to_string();
         assert!(error.contains("circle there at its lowest speed in a wind of 10 m/s"), "{error}");
-        assert_eq!(zones("keep-out", -150.0, 0.0).unwrap().warnings, [""; 0]);
-        let warnings = zones("keep-out", -150.0, 20.0).unwrap().warnings;
-        assert!(warnings[0].contains("may not be able to turn away"), "{warnings:?}");
-        let warnings = zones("keep-out", -5000.0, 26.0).unwrap().warnings;
-        assert!(warnings[0].starts_with("UAVs may cross the outlines of zones: "), "{warnings:?}");
+        let is_warned = |x_m: f64, wind_m_s: f64, expected: &str| {
+            let warnings = zones("keep-out", x_m, wind_m_s).unwrap().warnings;
+            warnings.iter().any(|warning| warning.contains(expected))
+        };
+        let starts =
+            [-250.0, -150.0, -110.0].map(|x_m| [0.0, 20.0].map(|wind_m_s| is_warned(x_m, wind_m_s, "turn away")));
+        assert!(starts.iter().all(|[calm, wind]| wind >= calm) && starts.contains(&[false, true]), "{starts:?}");
+        let cross = "UAVs may cross the outlines of zones: ";
+        assert_eq!([24.0, 26.0].map(|wind_m_s| is_warned(-5000.0, wind_m_s, cross)), [false, true]);
     }
 }
