@@ -144,7 +144,7 @@ impl Equations {
             let ahead_rad = if uav == 0 { error_rad } else { -error_rad };
             let speed_m_s = limits.speed_m_s + guidance.phase_gain_1_s * ahead_rad * orbit.distance_m;
             let speed_m_s = limits.limit(Command { speed_m_s, turn_rate_rad_s: 0.0 }).command.speed_m_s;
-            let steering = steer(guidance, limits.turn_rate_lag_s, &uavs[uav], orbit, speed_m_s);
+            let steering = steer(guidance, limits, &uavs[uav], orbit, speed_m_s);
             limits.limit(Command { speed_m_s, turn_rate_rad_s: steering.turn_rate_rad_s }).command
         })
     }
