@@ -194,10 +194,10 @@ mod tests {
     fn settings_without_effect_are_named() {
         let separation = "separation={horizontal_min_m=300}";
         for (changes, expected) in [
-            (&["uavs.speed_m_s=76"][..], "the smallest orbits cannot be flown: uavs.speed_m_s = 76 at "),
+            (&["uavs.speed_m_s=76"][..], "the smallest orbits are not flown: uavs.speed_m_s = 76 at "),
             (
-                &["uavs.speed_m_s=76", "orbit.radius_above_turn_limit=true"],
-                "the smallest orbits are not flown: uavs.speed_m_s = 76 at ",
+                &["uavs.speed_m_s=76", "orbit.radius_above_turn_limit=false"],
+                "the smallest orbits cannot be flown: uavs.speed_m_s = 76 at ",
             ),
             (
                 &["uavs.speed_m_s=200"],

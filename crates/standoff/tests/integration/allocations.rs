@@ -9,8 +9,10 @@ use standoff::*;
 #[test]
 fn a_warm_time_step_allocates_nothing() {
     let mut team = Team::new(3, 12);
-    let mut agent = Agent::new(UavId(0), TeamParams::paper()).unwrap();
     let mut params = TeamParams::paper();
+    // Without handoffs back and forth, whose events need memory.
+    params.group.handoff_margin_m = 50.0;
+    let mut agent = Agent::new(UavId(0), params).unwrap();
     // The agent uses the paper's rules, the fleet the modified ones.
     (params.group.centre, params.group.pointing) = (CentreEstimate::EnclosingCircle, Pointing::AngularMidpoint);
     let mut fleet = TeamAgent::new(params).unwrap();

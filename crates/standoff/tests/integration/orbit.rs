@@ -76,15 +76,15 @@ fn euler_leaves_a_steady_state_error_around_a_stationary_target() {
     }
 }
 
-/// Checks the erratum of Eq. (25) around a moving centre: the exact form around a stationary centre leaves 3.8, 8.3,
-/// 13.9 m at 5, 10, 15 m/s; the derivative along the UAV's motion at most 0.2, 0.4, 0.7 m.
+/// Checks the erratum of Eq. (25) around a moving centre: the exact form around a stationary centre leaves 4.1, 9.0,
+/// 15.3 m at 5, 10, 15 m/s; the derivative along the UAV's motion 0.2, 0.5, 1.1 m, because the speed lags.
 #[test]
 fn feedforward_along_the_motion_follows_a_moving_centre() {
-    for (centre_speed_m_s, exact_m, along_m) in [(5.0, 3.8, 0.2), (10.0, 8.3, 0.6), (15.0, 13.9, 1.5)] {
+    for (centre_speed_m_s, exact_m, along_m) in [(5.0, 4.1, 0.2), (10.0, 9.0, 0.6), (15.0, 15.3, 1.2)] {
         let error_m = |law| Flight { centre_speed_m_s, ..Flight::new(law) }.settled_error_m().0;
         let (exact, along) = (error_m(Law::Oh2015), error_m(Law::Standoff));
         println!("{centre_speed_m_s} m/s: exact {exact:.2} m, along the motion {along:.4} m");
-        assert!((exact - exact_m).abs() < 0.4 * exact_m, "{centre_speed_m_s} m/s: {exact}");
+        assert!((exact - exact_m).abs() < 0.1 * exact_m, "{centre_speed_m_s} m/s: {exact}");
         assert!(along <= along_m, "{centre_speed_m_s} m/s: {along}");
     }
 }
