@@ -5,8 +5,9 @@ use standoff::*;
 
 const TARGETS: u32 = 6;
 
-/// Time steps of the first bad message: soon after the start, and in the middle of the mission.
-const STARTS: [i64; 2] = [4, 80];
+/// Time steps of the first bad message: soon after the start, and in the middle of the mission, when two UAVs observe each
+/// group. A group that UAV 1 alone observes is lost after two seconds with a wrong position of UAV 1.
+const STARTS: [i64; 2] = [4, 200];
 
 /// Numbers of time steps with bad messages: one, and five seconds.
 const LENGTHS: [i64; 2] = [1, 10];
