@@ -29,6 +29,7 @@ impl World {
         let report = |id| Report { boresight, ..Report::position_only(UavId(id), Time::EPOCH, state) };
         let teammate = |id| Teammate::from_report(&report(id), None, Time::EPOCH);
         let mut params = TeamParams::paper();
+        params.group.regrouping_period_s = 30.0;
         // A field of view so wide that every target is always in view; the effect of the view is tested separately.
         params.track.sensor.field_of_view_rad = crate::math::TAU;
         // The orbits remain those of a usable field of view of 60 degrees.
@@ -493,7 +494,7 @@ fn coinciding_targets_form_separate_groups() {
 /// Targets in groups with these indices, one UAV to each, with groups as needed.
 fn as_needed(uavs: u32, x_m: &[f64], groups: &[u32]) -> World {
     let mut world = World::new(uavs, x_m);
-    (world.params.group.count, world.params.group.regrouping_period_s) = (GroupCount::AsNeeded, 30.0);
+    world.params.group.count = GroupCount::AsNeeded;
     for number in 0..groups.iter().max().map_or(0, |last| last + 1) {
         let track_indices: Vec<usize> =
             (0..groups.len()).filter(|track_index| groups[*track_index] == number).collect();
