@@ -178,7 +178,7 @@ mod tests {
         let choice = MetricSelection::parse("standard,limits").unwrap();
         let (mut errors_m, mut surprises_m) = ([0.0; 2], [0.0; 2]);
         for seed in 0..60 {
-            let scenario = load("improved/table-2-pair", &[], seed);
+            let scenario = load("paper/table-2-pair", &[], seed);
             let mut scorer = Scorer::new(config_of(&scenario.settings), choice);
             frames(&scenario).iter().for_each(|frame| scorer.frame(frame));
             let metrics = scorer.metrics();
