@@ -68,7 +68,8 @@ mod tests {
     #[test]
     fn changes_of_a_built_in_scenario_reproduce_it() {
         assert_eq!(batch(&overrides(&[])).changes_of_built_in(), Some(Vec::new()));
-        let flown = batch(&overrides(&["guidance.lead_s=0.5", "targets.random.x_m=7", "orbit.centre=centroid"]));
+        let flown =
+            batch(&overrides(&["guidance.lead_s=0.5", "targets.random.x_m=7", "orbit.pointing=angular-midpoint"]));
         let changes = flown.changes_of_built_in().unwrap();
         assert_eq!(changes.len(), 3, "{changes:?}");
         assert_eq!(batch(&Overrides { set: changes, ..Overrides::default() }), flown);
