@@ -242,8 +242,8 @@ mod tests {
     fn a_wind_that_leaves_little_ground_speed_is_named() {
         let in_wind = |wind: &str| {
             let wind = format!("wind={{speed_m_s={wind}}}");
-            let (speeds, radius) = ("uavs={count=2,speed_m_s=18,speed_change_max_m_s=5}", "orbit.radius_min_m=690");
-            warnings(&[&wind, speeds, radius]).join("\n")
+            let speeds = "uavs={count=2,speed_m_s=18,speed_change_max_m_s=5}";
+            warnings(&[&wind, speeds, "targets.random={vx_m_s=0,vy_m_s=0}", "orbit.radius_min_m=690"]).join("\n")
         };
         assert!(
             in_wind("21").starts_with("UAVs may not hold their orbits: a wind of 21.0 m/s leaves 2.0 m/s"),
