@@ -68,17 +68,18 @@ fn the_record_satisfies_the_equation_of_the_turn() {
     }
 }
 
-/// With power to spare, the settled error of the orbit is that of the kinematic model: for coordinated and uncoordinated
-/// turns, and for aircraft that roll immediately if the agents assume their lag.
+/// With power to spare, the settled error of the orbit at 23 m/s is that of the kinematic model: for coordinated and
+/// uncoordinated turns, and for aircraft that roll immediately. At 40 m/s it is larger: docs/dynamics.md.
 #[test]
 fn the_settled_orbit_error_is_that_of_the_kinematic_model() {
+    const SPEED: [&str; 2] = ["uavs.speed_m_s=23", "uavs.speed_change_max_m_s=7"];
     const POWER: [&str; 3] =
         ["uavs.dynamics=bank", "uavs.bank.climb_full_power_m_s=100", "uavs.bank.sink_idle_m_s=100"];
     let error_m = |set: &[&str]| mean(set, |run| run.standoff_error_own_estimate_m_settled);
-    let kinematic_m = error_m(&[]);
-    let fast = ["uavs.bank.roll_rate_max_deg_s=720", "uavs.bank.roll_lag_s=0.01", "uavs.turn_rate_lag_s=0.1"];
+    let kinematic_m = error_m(&SPEED);
+    let fast = ["uavs.bank.roll_rate_max_deg_s=720", "uavs.bank.roll_lag_s=0.01"];
     for bank in [&[][..], &["uavs.bank.turn_factor=0.72"], &fast] {
-        let banking_m = error_m(&[&POWER, bank].concat());
+        let banking_m = error_m(&[&SPEED[..], &POWER, bank].concat());
         println!("{bank:?}: {banking_m:.2} m, {kinematic_m:.2} m without bank");
         assert!(banking_m <= 1.1 * kinematic_m + 0.1, "{bank:?}: {banking_m} m, {kinematic_m} m without bank");
     }

@@ -61,11 +61,13 @@ fn measurements_are_from_the_true_pose_and_bearings_relative_to_the_assumed_head
 }
 
 /// Means over 20 runs: a team that knows the size of its pose errors is as consistent as without errors, and more
-/// accurate than one that ignores them.
+/// accurate than one that ignores them. All updates are linearised: the other ones (`filter.near_range_m`) assume errors
+/// without correlation in time, and lose 1.3 m of accuracy with this bias.
 #[test]
 fn stat_known_pose_errors_leave_the_filter_consistent() {
     let mean = |set: &[&str], of: fn(&Metrics) -> Option<f64>| {
-        let of_run = |seed| of(&fly(&load(FIGURE_9, set, seed), MetricSelection::ALL).unwrap()).unwrap();
+        let set = [&["filter.near_range_m=0"], set].concat();
+        let of_run = |seed| of(&fly(&load(FIGURE_9, &set, seed), MetricSelection::ALL).unwrap()).unwrap();
         (1..=20).map(of_run).sum::<f64>() / 20.0
     };
     let exact = mean(&[], |run| run.anees);

@@ -94,7 +94,7 @@ fn wrong_assumptions_about_the_sensor_degrade_the_tracking_but_do_not_break_it()
     let means = |set: &[&str]| {
         let runs: Vec<Metrics> = (1..=6).map(|seed| fly(set, seed)).collect();
         let mean = |of: fn(&Metrics) -> f64| runs.iter().map(of).sum::<f64>() / runs.len() as f64;
-        assert!(mean(|run| run.custody_fraction.unwrap()) > 0.93, "{runs:?}");
+        assert!(mean(|run| run.custody_fraction.unwrap()) > 0.9, "{runs:?}");
         assert!(mean(|run| run.false_tracks.unwrap() as f64) < 1.0, "{runs:?}");
         assert!(mean(|run| run.track_swaps.unwrap() as f64) < 2.0, "{runs:?}");
         assert!(mean(|run| run.anees_nonmanoeuvring.unwrap()) < 2.0, "{runs:?}");

@@ -33,7 +33,7 @@ use crate::wind::Wind;
 
 /// Sum of the gain k on the error of the heading and the closing rate a of the path, 1/s: near its path, the loop has the
 /// gain k + a on the course.
-const COURSE_GAIN_1_S: f64 = 0.8;
+const COURSE_GAIN_1_S: f64 = 0.7;
 
 /// Bounds of k, 1/s.
 const HEADING_GAIN_1_S: RangeInclusive<f64> = 0.1..=0.3;
@@ -48,7 +48,7 @@ const INTEGRAL_MAX_RAD_S: f64 = 0.08;
 const INTEGRAL_REACH_M: f64 = 30.0;
 
 /// Time constant tau_a of the commanded acceleration, s.
-const ACCELERATION_LAG_S: f64 = 0.3;
+const ACCELERATION_LAG_S: f64 = 0.4;
 
 /// Bounds of the share s.
 const SHARE: RangeInclusive<f64> = 0.5..=1.2;
