@@ -325,9 +325,8 @@ impl Companion {
         let scan = self.scan.take().map(|(at, scan)| {
             // Where the UAV was when the sensor looked.
             let earlier = self.vehicle.state(at).map_or(own.position, |then| then.position);
-            let velocity_of = |label| {
-                self.agent.team_state().track_by_label(label).map(|of| of.track.estimate().state.velocity())
-            };
+            let velocity_of =
+                |label| self.agent.team_state().track_by_label(label).map(|of| of.track.estimate().state.velocity());
             let age_s = (begun_at - at).s();
             (scan.boresight, aligned(&scan.detections, earlier, own.position, age_s, velocity_of))
         });
