@@ -4,7 +4,7 @@ use mavlink::MavHeader;
 use mavlink::dialects::ardupilotmega::{MavCmd, MavMessage};
 use standoff::{
     Agent, AgentOutput, Angle, BankParams, Command, Cue, Duration, Geofence, Message, Observation, ParamError, Scan,
-    Time, UavId, UavState, Wind, wire,
+    TeamParams, Time, UavId, UavState, Wind, wire,
 };
 use standoff_record::Frame;
 
@@ -97,7 +97,7 @@ impl Companion {
         config.params.uav.bank.get_or_insert(BankParams { turn_factor: STOCK_TURN_FACTOR, ..BankParams::default() });
         let agent = Agent::new(config.uav, config.params)?.with_restart_count(config.restart_count);
         let agent = agent.with_geofence(config.geofence.clone())?;
-        let straight = Command { speed_m_s: config.params.uav.speed_m_s, turn_rate_rad_s: 0.0 };
+        let straight = straight(&config.params);
         let mut companion = Self {
             agent,
             vehicle: Vehicle::new(config.system_id, config.plane),
@@ -259,7 +259,8 @@ impl Companion {
             }
             (Permission::SafeOrbit, _) => {
                 self.vehicle.forget_answers();
-                outgoing.mavlink.extend(self.commands.safe_orbit(&self.vehicle));
+                let nominal = straight(&self.config.params);
+                outgoing.mavlink.extend(self.commands.safe_orbit(&self.vehicle, nominal));
             }
             _ => {}
         }
@@ -457,4 +458,9 @@ impl Companion {
             is_accepted: answered.and_then(|command| self.vehicle.answer(command)),
         }
     }
+}
+
+/// Straight flight at the nominal speed.
+fn straight(params: &TeamParams) -> Command {
+    Command { speed_m_s: params.uav.speed_m_s, turn_rate_rad_s: 0.0 }
 }

@@ -161,15 +161,19 @@ impl FlightCommands {
         Some(command::course(system_id, course_rad, GRAVITY_M_S2 * sin / cos))
     }
 
-    /// Request to circle at the last known position, at its altitude, in the direction of the current turn.
-    pub(crate) fn safe_orbit(&self, vehicle: &Vehicle) -> Option<MavMessage> {
-        let position = vehicle.position?;
+    /// The nominal airspeed, and a request to circle at the last known position, at its altitude, in the direction of the
+    /// current turn. At a higher airspeed, the aircraft may not be able to fly the circle.
+    pub(crate) fn safe_orbit(&self, vehicle: &Vehicle, nominal: Command) -> Vec<MavMessage> {
+        let Some(position) = vehicle.position else { return Vec::new() };
         let [min_m, max_m] = self.altitude_limits_m(vehicle);
         let altitude_m = position.vertical.altitude_m.max(min_m).min(max_m);
-        // If the parameters have become implausible, the autopilot uses its own radius.
-        let radius_m = vehicle.parameters.limits().map_or(0.0, |limits| limits.loiter_radius_m);
+        // If the parameters have become implausible, the autopilot uses its own airspeed and radius.
+        let limits = vehicle.parameters.limits().ok();
+        let radius_m = limits.as_ref().map_or(0.0, |limits| limits.loiter_radius_m);
         let is_left = vehicle.turn_rate_rad_s().is_some_and(|rad_s| rad_s > 0.0);
-        Some(command::circle(vehicle.system_id(), position.point_e7, altitude_m, radius_m, is_left))
+        let airspeed = limits.map(|limits| Self::first(vehicle, &limits, nominal));
+        let circle = command::circle(vehicle.system_id(), position.point_e7, altitude_m, radius_m, is_left);
+        airspeed.into_iter().chain([circle]).collect()
     }
 
     /// Lowest and highest altitude that is commanded, m.
