@@ -279,7 +279,7 @@ struct Flown {
     starts_m: f64,
     /// Largest distance of a UAV from the outline of a zone, on its wrong side, m.
     crossed_m: f64,
-    /// True if a warning says that a UAV cannot stay inside its zones from its start.
+    /// True if a warning names a UAV that cannot stay inside its zones from its start.
     is_warned: bool,
     reversals_per_min: f64,
     phase_error_deg: f64,

@@ -280,7 +280,7 @@ mod tests {
                         .iter()
                         .map(|point| point.distance_m(motion.state.position))
                         .fold(f64::INFINITY, f64::min);
-                    assert!(nearest_m < 0.01, "{nearest_m} m beside the predicted path");
+                    assert!(nearest_m < 0.01, "{nearest_m} m from the predicted path");
                 } else {
                     let distance_m = motion.state.position.distance_m(centre);
                     largest_m = largest_m.max(inner_m - distance_m).max(distance_m - outer_m);

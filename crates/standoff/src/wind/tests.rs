@@ -191,7 +191,7 @@ fn a_uav_without_a_feasible_ground_speed_turns_into_the_wind() {
 fn a_uav_leaves_the_edge_of_the_courses_of_its_airspeed() {
     let (team, wind) = (team(), Wind { velocity: Velocity::from_m_s(20.0, 0.0) });
     for desired_deg in [90.0, 120.0, 150.0] {
-        let course = Angle::from_rad((16.0f64 / 20.0).asin());
+        let course = Angle::from_rad(math::atan2(16.0, 12.0));
         let air = UavState::level_flight(Position::ORIGIN, course + Angle::from_deg(90.0), 16.0);
         let mut state = air;
         let response = team.uav.response(Duration::from_s(0.5));
