@@ -22,7 +22,7 @@ pub(crate) const EXAMPLES: &str = "\
 Examples:
   standoff monte-carlo paper/table-2-pair --runs 200
   standoff monte-carlo mine.toml --runs 99 --json | jq .metrics.anees.ci95
-  standoff monte-carlo mine.toml --runs 10000 --set guidance.radial_gain=0.5 --out g
+  standoff monte-carlo mine.toml --runs 10000 --set orbit.margin_sds=2 --out far
   standoff monte-carlo paper/figure-9 --runs 1000 --shard 0/4 --out part-0
                               one of four shards, see standoff merge
 
