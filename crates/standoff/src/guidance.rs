@@ -1,5 +1,6 @@
 //! Guidance of a UAV: standoff distance, vector field onto the orbit, heading and turn rate, phase control.
 
+pub(crate) mod followed;
 pub(crate) mod heading;
 pub(crate) mod inner_loop;
 pub(crate) mod law;

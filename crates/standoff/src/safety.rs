@@ -18,6 +18,7 @@ pub(crate) mod altitude;
 pub(crate) mod candidates;
 pub(crate) mod detour;
 pub(crate) mod fallback;
+pub(crate) mod flown;
 pub(crate) mod geofence;
 pub(crate) mod joint_plan;
 pub(crate) mod motion;

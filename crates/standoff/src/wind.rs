@@ -21,8 +21,7 @@ use nalgebra::Vector2;
 
 use crate::angle::Angle;
 use crate::frame::{FASTEST_RAD_S, Velocity};
-use crate::guidance::heading::Followed;
-use crate::guidance::law::Guidance;
+use crate::guidance::followed::{Followed, Guidance};
 use crate::math;
 use crate::params::{TeamParams, UavParams, WIND_MAX_M_S, WindBelief, WindParams};
 use crate::time::Time;

@@ -26,7 +26,7 @@ use std::ops::RangeInclusive;
 
 use crate::atmosphere::GRAVITY_M_S2;
 use crate::bank::ROLL_COMMAND_RATE_MAX_RAD_S;
-use crate::guidance::law::Guidance;
+use crate::guidance::followed::Guidance;
 use crate::math;
 use crate::uav::UavState;
 use crate::wind::Wind;

@@ -1,54 +1,14 @@
 //! Guidance laws: where a UAV flies, from its orbit and from its own position and velocity.
 //!
 //! Nothing in a law depends on wind, lags or the autopilot; what follows a law is in [`heading`](super::heading) and
-//! [`inner_loop`](super::inner_loop). Each law is a file in [`laws`](super::laws) and a line in `Law::guidance`.
+//! [`inner_loop`](super::inner_loop). Each law is a file in [`laws`](super::laws), which has a line for it.
 
-use crate::angle::Angle;
+use crate::guidance::followed::Guidance;
 use crate::guidance::heading::OrbitRelativeState;
-use crate::guidance::laws::oh_2015::Oh2015;
-use crate::guidance::laws::standoff::Standoff;
 use crate::guidance::orbit_motion::OrbitMotion;
 use crate::guidance::standoff_distance::{Ramp, Spread, StandoffDistance};
-use crate::params::{GuidanceParams, Law, StandoffParams, TeamParams};
+use crate::params::{GuidanceParams, StandoffParams, TeamParams};
 use crate::uav::UavState;
-
-impl Law {
-    /// The law's guidance.
-    fn guidance(self) -> &'static dyn GuidanceLaw {
-        match self {
-            Self::Standoff => &Standoff,
-            Self::Oh2015 => &Oh2015,
-        }
-    }
-}
-
-impl GuidanceParams {
-    /// Guidance of the named law.
-    pub(crate) fn law(&self) -> &'static dyn GuidanceLaw {
-        self.law.guidance()
-    }
-
-    /// Returns the lead k_rd, s, on an orbit of `radius_m` that is flown at `speed_m_s` relative to its centre.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn lead_s(&self, radius_m: f64, speed_m_s: f64) -> f64 {
-        self.law().lead_s(self, radius_m, speed_m_s)
-    }
-}
-
-/// Where a law leads a UAV, over ground. It does not depend on wind, lags or the autopilot.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Guidance {
-    /// Desired course psi_d (23).
-    pub course: Angle,
-    /// Turn rate of the path, its curvature times the speed, rad/s, positive to the left (25).
-    pub turn_rate_rad_s: f64,
-    /// Ground speed, m/s.
-    pub speed_m_s: f64,
-    /// Distance of the UAV to the right of the path, m: outside an anticlockwise orbit, inside a clockwise one.
-    pub right_of_path_m: f64,
-    /// Rate a at which a UAV that follows the law comes nearer to the path, 1/s: d' = -a d; on an orbit v / (k_l r_d).
-    pub closing_rate_1_s: f64,
-}
 
 /// Guidance of a named law.
 pub(crate) trait GuidanceLaw {

@@ -1,8 +1,7 @@
 //! Altitudes: aircraft that are separated by altitude need no other distance, and do not lose it by a climb.
 
-use crate::safety::other_aircraft::OtherAircraft;
+use crate::safety::other_aircraft::{OtherAircraft, altitudes_m};
 use crate::safety::separation::{AHEAD_S, CLIMB_CLEAR_MINIMA, CollisionAvoidance};
-use crate::uav::Vertical;
 
 /// Buffer added to the minimum altitude difference for a UAV that waits for another aircraft to clear its altitude, m.
 const SPARE_VERTICAL_M: f64 = 1.0;
@@ -60,10 +59,4 @@ impl CollisionAvoidance<'_> {
                 || low_m - other_high_m >= self.separation.vertical_min_m
         })
     }
-}
-
-/// Lowest and highest altitude of a UAV on its way to `to_m`, m. Includes `after_s` seconds at the current climb rate.
-pub(crate) fn altitudes_m(from: Vertical, to_m: f64, after_s: f64) -> [f64; 2] {
-    let ends_m = [to_m, from.altitude_m + from.climb_rate_m_s * after_s];
-    [ends_m.into_iter().fold(from.altitude_m, f64::min), ends_m.into_iter().fold(from.altitude_m, f64::max)]
 }

@@ -9,7 +9,8 @@
 
 use crate::angle::Angle;
 use crate::frame::{Displacement, Position};
-use crate::guidance::heading::{Followed, Orbit, OrbitRelativeState};
+use crate::guidance::followed::Followed;
+use crate::guidance::heading::{Orbit, OrbitRelativeState};
 use crate::math;
 use crate::params::{GuidanceParams, UavParams};
 use crate::safety::geofence::{Geofence, Side, ZoneKind, cross, squared_between_m2, squared_to_side_m2};

@@ -5,13 +5,8 @@
 
 use crate::bank::ROLL_COMMAND_RATE_MAX_RAD_S;
 use crate::params::{BankParams, Integrator, TeamParams, UavParams};
-use crate::safety::fallback::Plan;
-use crate::time::Time;
 use crate::uav::{AutopilotModel, Command, UavState};
 use crate::wind::Wind;
-
-/// Longest duration of a command, s; after it, the motion that it has caused is unknown.
-const FLOWN_MAX_S: f64 = 10.0;
 
 /// Longest step of the prediction of a banking UAV, s.
 const STEP_MAX_S: f64 = 0.1;
@@ -104,6 +99,11 @@ pub struct Motion {
 }
 
 impl Motion {
+    /// The motion with the commanded bank angle of another one.
+    pub(crate) fn with_bank_command_of(self, other: &Self) -> Self {
+        Self { bank: Bank { command_rad: other.bank.command_rad, ..self.bank }, ..self }
+    }
+
     /// The motion of a UAV in a steady turn in calm air: the bank angle is that of the turn rate.
     #[cfg_attr(feature = "research", visibility::make(pub))]
     pub(crate) fn steady(uav: &UavParams, state: &UavState) -> Self {
@@ -143,7 +143,7 @@ impl Motion {
 
 impl BankParams {
     /// Predicts the motion in still air while a command is held for a time. The rate of climb is constant.
-    fn predicted(&self, uav: &UavParams, from: &Motion, command: Command, time_s: f64) -> Motion {
+    pub(crate) fn predicted(&self, uav: &UavParams, from: &Motion, command: Command, time_s: f64) -> Motion {
         let steps = (time_s / STEP_MAX_S).ceil().max(1.0);
         let dt_s = time_s / steps;
         let climb_m_s = from.state.vertical.map_or(0.0, |vertical| vertical.climb_rate_m_s);
@@ -177,40 +177,6 @@ impl AutopilotModel {
     }
 }
 
-/// Motion of a UAV at a decision, and that decision.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Flown {
-    pub(crate) from: Time,
-    pub(crate) motion: Motion,
-    pub(crate) command: Command,
-    /// Circle that stays clear of all outlines.
-    pub(crate) plan: Option<Plan>,
-}
-
-impl Flown {
-    /// Time since the decision, s; `None` if it is too long ago.
-    pub(crate) fn age_s(&self, now: Time) -> Option<f64> {
-        Some((now - self.from).s()).filter(|age_s| (0.0..=FLOWN_MAX_S).contains(age_s))
-    }
-
-    /// Mean acceleration since the decision, m/s2, to an airspeed, m/s.
-    pub(crate) fn acceleration_m_s2(&self, now: Time, airspeed_m_s: f64) -> f64 {
-        let age_s = self.age_s(now).filter(|age_s| *age_s > 0.0);
-        age_s.map_or(0.0, |age_s| (airspeed_m_s - self.motion.state.speed_m_s) / age_s)
-    }
-
-    /// The motion at the next decision: the bank angle is that of the turn rate, its command the predicted one. Without
-    /// a decision before it, or long after it, the UAV is in a steady turn.
-    pub(crate) fn motion(flown: Option<&Self>, uav: &UavParams, state: &UavState, now: Time) -> Motion {
-        let mut motion = Motion::steady(uav, state);
-        if let Some((bank, (flown, age_s))) = uav.bank.zip(flown.and_then(|flown| Some((flown, flown.age_s(now)?)))) {
-            let predicted = bank.predicted(uav, &flown.motion, flown.command, age_s);
-            motion.bank.command_rad = predicted.bank.command_rad;
-        }
-        motion
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -219,8 +185,9 @@ mod tests {
     use crate::math;
     use crate::params::TeamParams;
     use crate::safety::fallback::{FallbackModel, Sense};
+    use crate::safety::flown::Flown;
     use crate::safety::predicted_trajectory::{Intent, PredictedTrajectory};
-    use crate::time::Duration;
+    use crate::time::{Duration, Time};
 
     fn banking() -> UavParams {
         UavParams { bank: Some(BankParams::default()), ..TeamParams::paper().uav }

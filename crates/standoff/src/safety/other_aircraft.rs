@@ -3,10 +3,10 @@
 use crate::coordination::teammate::Teammate;
 use crate::message::Manoeuvre;
 use crate::params::UavParams;
-use crate::safety::altitude::altitudes_m;
-use crate::safety::motion::{Flown, Motion};
+use crate::safety::flown::Flown;
+use crate::safety::motion::Motion;
 use crate::time::{Duration, Time};
-use crate::uav::{Aircraft, Command, UavId, UavState};
+use crate::uav::{Aircraft, Command, UavId, UavState, Vertical};
 use crate::wind::Wind;
 
 /// Maximum age of a report used for the uncertainty, s. Older reports count as this old.
@@ -96,4 +96,10 @@ impl OtherAircraft {
     pub(crate) fn levels_m(&self, ahead_s: f64) -> Option<[f64; 2]> {
         self.motion.state.vertical.map(|vertical| altitudes_m(vertical, vertical.altitude_m, ahead_s + self.age_s))
     }
+}
+
+/// Lowest and highest altitude of a UAV on its way to `to_m`, m. Includes `after_s` seconds at the current climb rate.
+pub(crate) fn altitudes_m(from: Vertical, to_m: f64, after_s: f64) -> [f64; 2] {
+    let ends_m = [to_m, from.altitude_m + from.climb_rate_m_s * after_s];
+    [ends_m.into_iter().fold(from.altitude_m, f64::min), ends_m.into_iter().fold(from.altitude_m, f64::max)]
 }

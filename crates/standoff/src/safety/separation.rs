@@ -12,7 +12,6 @@
 use crate::message::Manoeuvre;
 use crate::params::SeparationParams;
 use crate::safety::fallback::{FallbackModel, Plan};
-use crate::safety::joint_plan::JointPlan;
 use crate::safety::motion::{Airframe, Motion};
 use crate::safety::other_aircraft::{OtherAircraft, SILENT_MAX_S};
 use crate::safety::predicted_trajectory::{Intent, PredictedTrajectory, SampledTrajectory};
@@ -122,31 +121,6 @@ impl Required {
 }
 
 impl CollisionAvoidance<'_> {
-    /// Returns the command to fly instead of the intended one, and the aircraft that it avoids, if any. The intended
-    /// command must be within the limits. `altitude_m` is the commanded altitude.
-    pub(crate) fn avoid(
-        &self,
-        intent: Intent,
-        altitude_m: Option<f64>,
-        others: impl Iterator<Item = OtherAircraft> + Clone,
-        team: &impl DesiredCommands,
-    ) -> (Command, Option<Avoidance>) {
-        let levels = self.levels_m(altitude_m);
-        let others = others.filter(|other| !self.is_separated(levels, other.levels_m(AHEAD_S)));
-        let desired = intent.command;
-        let course = PredictedTrajectory::of(&self.own.state, intent, &self.fallbacks.airframe.uav, 0.0);
-        let is_teammate = |other: &OtherAircraft| matches!(other.aircraft, Aircraft::Uav(_));
-        let meets = |other: &OtherAircraft| is_teammate(other) && self.can_meet(&other.motion.state, other.age_s);
-        if !others.clone().any(|other| meets(&other)) {
-            let near = others.clone().filter_map(|other| self.near(&other, Some(&course), |uav| team.intent_of(uav)));
-            let near: Vec<Near> = near.collect();
-            if near.is_empty() || self.shortfall(&course.sampled(), &near, f64::INFINITY).1.is_none() {
-                return (desired, None);
-            }
-        }
-        JointPlan::new(self, (desired, course), others, team).command()
-    }
-
     /// True if the escape manoeuvres of this UAV and another one may meet.
     pub(crate) fn can_meet(&self, other: &UavState, age_s: f64) -> bool {
         let speeds_m_s = self.own.state.speed_m_s.abs() + other.speed_m_s.abs();

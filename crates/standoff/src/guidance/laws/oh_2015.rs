@@ -8,8 +8,9 @@
 //! Erratum: the published form is the derivative of the field's heading only on the orbit (r = r_d). The exact form is
 //! correct everywhere for the field (13) around a stationary centre; both ignore k_l, the lead and a moving centre.
 
+use crate::guidance::followed::Guidance;
 use crate::guidance::heading::{Orbit, OrbitRelativeState};
-use crate::guidance::law::{GroupOrbit, Guidance, GuidanceLaw};
+use crate::guidance::law::{GroupOrbit, GuidanceLaw};
 use crate::guidance::moving_centre;
 use crate::guidance::standoff_distance::Ramp;
 use crate::params::{Feedforward, GuidanceParams};

@@ -4,8 +4,9 @@
 //! relative to the centre: UAVs on an orbit keep their phases, within their speed limits. The feedforward is the
 //! derivative of the field along the motion of the UAV, with the modifications (20), (22) and (28) of the field.
 
+use crate::guidance::followed::Guidance;
 use crate::guidance::heading::OrbitRelativeState;
-use crate::guidance::law::{GroupOrbit, Guidance, GuidanceLaw};
+use crate::guidance::law::{GroupOrbit, GuidanceLaw};
 use crate::guidance::moving_centre;
 use crate::guidance::standoff_distance::Ramp;
 use crate::params::GuidanceParams;
