@@ -70,10 +70,9 @@ pub(super) fn typed(mut table: Table) -> (Option<ScenarioFile>, Vec<Mistake>) {
     (None, mistakes)
 }
 
-/// Law that a scenario names, which determines the defaults.
+/// Law that a scenario names, which determines the defaults; this project's law if it names none.
 fn law_of(table: &Table) -> Law {
-    let is_paper = value_at(table, "guidance.law").and_then(Value::as_str) == Some("oh-2015");
-    if is_paper { Law::Oh2015 } else { Law::Standoff }
+    value_at(table, "guidance.law").and_then(Value::as_str).and_then(Law::named).unwrap_or(Law::Standoff)
 }
 
 /// Takes the values of the library's parameters out of a scenario.

@@ -131,3 +131,12 @@ pub enum LinkModel {
     /// receives near its orbit.
     Lossy,
 }
+
+impl Law {
+    /// The law with a word; `None` if there is no such word.
+    pub fn named(word: &str) -> Option<Self> {
+        let known = Self::WORDS.iter().find(|known| known.word == word)?;
+        let mut law = Self::Standoff;
+        law.set(ParamValue::Word(known.word)).then_some(law)
+    }
+}
