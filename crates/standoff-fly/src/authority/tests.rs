@@ -159,8 +159,7 @@ fn after_a_stop_the_pilot_has_to_leave_guided_and_return() {
     assert_eq!(authority.step(NOW, &inputs(0, None)), Permission::Confirm);
 }
 
-/// Every sequence of three inputs after a stop without any answer, at every distance of time: at most two more requests,
-/// and none later than 5 s.
+/// Without an answer after a stop, whatever the time between two steps is: at most two more requests, and none after 5 s.
 #[test]
 fn a_circle_is_requested_at_most_three_times_within_5_s() {
     for step_us in [1, 100_000, 900_000, 1_000_000, 2_400_000, 4_999_999, 5_000_000, 60_000_000] {

@@ -86,15 +86,15 @@ fn agents_share_the_ids_of_their_tracks() {
     assert!(frames.last().unwrap().agents.tracks_of(3).len() >= 7);
 }
 
-/// Means over six runs: the team misjudges the detection probability or the minimum detectable velocity.
+/// Means over twelve runs: the team misjudges the detection probability or the minimum detectable velocity.
 #[test]
 fn wrong_assumptions_about_the_sensor_degrade_the_tracking_but_do_not_break_it() {
     let missed_more = ["sensor.detection_probability=0.7", "filter.detection_probability=0.9"];
     let blinder = ["sensor.mdv_m_s=3", "filter.mdv_m_s=2"];
     let means = |set: &[&str]| {
-        let runs: Vec<Metrics> = (1..=6).map(|seed| fly(set, seed)).collect();
+        let runs: Vec<Metrics> = (1..=12).map(|seed| fly(set, seed)).collect();
         let mean = |of: fn(&Metrics) -> f64| runs.iter().map(of).sum::<f64>() / runs.len() as f64;
-        assert!(mean(|run| run.custody_fraction.unwrap()) > 0.9, "{runs:?}");
+        assert!(mean(|run| run.custody_fraction.unwrap()) > 0.93, "{runs:?}");
         assert!(mean(|run| run.false_tracks.unwrap() as f64) < 1.0, "{runs:?}");
         assert!(mean(|run| run.track_swaps.unwrap() as f64) < 2.0, "{runs:?}");
         assert!(mean(|run| run.anees_nonmanoeuvring.unwrap()) < 2.0, "{runs:?}");
