@@ -384,11 +384,10 @@ impl Companion {
     /// of `--altitude` and the fence, and their altitudes, m.
     pub fn shared_altitudes(&self) -> Option<[(UavId, f64); 2]> {
         let params = &self.config.params;
-        let [min_m, max_m] = self.commands.altitude_limits_m(&self.vehicle);
         let ids = self.config.teammates.iter().chain([&self.config.uav]);
         let mut altitudes: Vec<(UavId, f64, f64)> = ids
             .map(|uav| (*uav, params.initial_altitude_m(*uav)))
-            .map(|(uav, altitude_m)| (uav, altitude_m, altitude_m.max(min_m).min(max_m)))
+            .map(|(uav, altitude_m)| (uav, altitude_m, self.commands.limited_altitude_m(&self.vehicle, altitude_m)))
             .collect();
         altitudes.sort_by(|(a_uav, a_m, _), (b_uav, b_m, _)| a_m.total_cmp(b_m).then(a_uav.cmp(b_uav)));
         let is_shared = |a: &(UavId, f64, f64), b: &(UavId, f64, f64)| {

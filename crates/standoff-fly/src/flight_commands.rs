@@ -92,8 +92,7 @@ impl FlightCommands {
         messages.extend(self.airspeed(now, vehicle, limits, output.command));
         if let Some((at, altitude_m)) = self.altitude.zip(output.altitude_m).and_then(|((at, from_m), to_m)| {
             let change_m = self.climb_rate_m_s * (now - at).s();
-            let [min_m, max_m] = self.altitude_limits_m(vehicle);
-            let to_m = to_m.max(min_m).min(max_m);
+            let to_m = self.limited_altitude_m(vehicle, to_m);
             to_m.is_finite().then(|| (at, to_m.clamp(from_m - change_m, from_m + change_m)))
         }) && now - at >= ALTITUDE_PERIOD
         {
@@ -134,10 +133,7 @@ impl FlightCommands {
         output: &AgentOutput,
     ) -> Option<f64> {
         let own = vehicle.state(now)?;
-        let demand = match output.path {
-            Some(path) => Demand::Path(path.guidance(since_decision_s, &own)),
-            None => Demand::Turn(output.command.turn_rate_rad_s),
-        };
+        let demand = Demand::of(output.path.as_ref(), output.command, since_decision_s, &own);
         let wind = Wind { velocity: output.diagnostics.wind.unwrap_or(Velocity::ZERO) };
         let (roll_rad, roll_max_rad) = (vehicle.roll.map(|(_, roll_rad)| roll_rad), limits.roll_max_rad);
         let inputs = InnerLoopInputs { demand, own, wind, roll_rad, roll_max_rad };
@@ -165,8 +161,7 @@ impl FlightCommands {
     /// current turn. At a higher airspeed, the aircraft may not be able to fly the circle.
     pub(crate) fn safe_orbit(&self, vehicle: &Vehicle, nominal: Command) -> Vec<MavMessage> {
         let Some(position) = vehicle.position else { return Vec::new() };
-        let [min_m, max_m] = self.altitude_limits_m(vehicle);
-        let altitude_m = position.vertical.altitude_m.max(min_m).min(max_m);
+        let altitude_m = self.limited_altitude_m(vehicle, position.vertical.altitude_m);
         // If the parameters have become implausible, the autopilot uses its own airspeed and radius.
         let limits = vehicle.parameters.limits().ok();
         let radius_m = limits.as_ref().map_or(0.0, |limits| limits.loiter_radius_m);
@@ -176,12 +171,12 @@ impl FlightCommands {
         airspeed.into_iter().chain([circle]).collect()
     }
 
-    /// Lowest and highest altitude that is commanded, m.
-    pub(crate) fn altitude_limits_m(&self, vehicle: &Vehicle) -> [f64; 2] {
+    /// The altitude that is commanded instead of a desired one, m: within `--altitude` and the fence.
+    pub(crate) fn limited_altitude_m(&self, vehicle: &Vehicle, desired_m: f64) -> f64 {
         let [min_m, max_m] = self.altitude_m;
         let floor_m = vehicle.parameters.fence_altitude_min_m().map_or(min_m, |m| min_m.max(m + FENCE_MARGIN_M));
         let ceiling_m = vehicle.parameters.fence_altitude_max_m().map_or(max_m, |m| max_m.min(m - FENCE_MARGIN_M));
-        [floor_m, ceiling_m.max(floor_m)]
+        desired_m.max(floor_m).min(ceiling_m.max(floor_m))
     }
 }
 

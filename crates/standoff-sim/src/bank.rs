@@ -111,10 +111,7 @@ impl BankMotion {
         let moved = UavState { position: state.position + held.air * after_s, turn_rate_rad_s, ..*state };
         let truth = Wind { velocity: held.air }.over_ground(&moved, 0.0);
         let own = held.navigation_error.map_or(truth, |error| error.believed(&truth));
-        let demand = match held.path {
-            Some(path) => Demand::Path(path.guidance(after_s, &own)),
-            None => Demand::Turn(held.command.turn_rate_rad_s),
-        };
+        let demand = Demand::of(held.path.as_ref(), held.command, after_s, &own);
         let (wind, roll_max_rad) = (held.assumed_wind, model.bank_max_rad);
         InnerLoopInputs { demand, own, wind, roll_rad: Some(self.bank_rad), roll_max_rad }
     }

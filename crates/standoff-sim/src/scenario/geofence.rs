@@ -322,10 +322,7 @@ fn wind_warning(settings: &Settings) -> Option<String> {
     let uav = &settings.team.uav;
     let wind_m_s = settings.wind?.at(settings.team.initial_altitude_m(UavId(0))).velocity.speed_m_s();
     let (key, airspeed_m_s) = match uav.bank {
-        None => (
-            "the lowest airspeed, uavs.speed_m_s - uavs.speed_change_max_m_s",
-            uav.speed_m_s - uav.speed_change_max_m_s,
-        ),
+        None => ("the lowest airspeed, uavs.speed_m_s - uavs.speed_change_max_m_s", uav.speeds_m_s()[0]),
         Some(_) => ("the nominal airspeed, uavs.speed_m_s", uav.speed_m_s),
     };
     (wind_m_s >= airspeed_m_s).then(|| {

@@ -13,13 +13,13 @@ use nalgebra::Vector2;
 use crate::angle::Angle;
 use crate::frame::{Displacement, Position, Velocity};
 use crate::guidance::followed::{Followed, Guidance};
-use crate::guidance::inner_loop::InnerLoopGains;
+use crate::guidance::inner_loop::{Demand, InnerLoopGains};
 use crate::guidance::moving_centre::{self, GroundTrack};
 use crate::guidance::standoff_distance::{Ramp, StandoffDistance};
 use crate::guidance::vector_field::{FieldAt, PolarMotion, VectorField, convergence_threshold_m2_s};
 use crate::params::{GuidanceParams, UavParams};
 use crate::target::TargetState;
-use crate::uav::UavState;
+use crate::uav::{Command, UavState};
 
 impl GuidanceParams {
     fn field(&self, orbit: &Orbit) -> VectorField {
@@ -90,6 +90,14 @@ impl DesiredPath {
     pub fn guidance(&self, after_s: f64, own: &UavState) -> Guidance {
         let orbit = self.orbit.extrapolated(after_s);
         OrbitRelativeState::of(&self.law, own.position, &orbit).guide(&self.law, own, self.speed_m_s)
+    }
+}
+
+impl Demand {
+    /// What a UAV in the state `own` over ground flies `after_s` seconds after the time of a decision: its path, or without
+    /// one the turn of its command.
+    pub fn of(path: Option<&DesiredPath>, command: Command, after_s: f64, own: &UavState) -> Self {
+        path.map_or(Self::Turn(command.turn_rate_rad_s), |path| Self::Path(path.guidance(after_s, own)))
     }
 }
 

@@ -9,10 +9,11 @@
 //!
 //! f is the turn rate of the path, as the law returns it for the position and velocity of the UAV now, and psi_d the
 //! heading of its course chi_d at the airspeed V_a, by the wind triangle; d is the distance to the right of the path, and a
-//! its closing rate. Near the path the course has the gain k + a, so that k is smaller on paths that close fast. Nothing is extrapolated over the lag of the aircraft: that would
-//! differentiate the course, and aircraft that answer faster than their model then roll from side to side. The integral
-//! i replaces what is missing in a steady turn, and tau_a makes the gain fall where the aircraft rolls late. The tests
-//! compute the margins of the loop for an identified aircraft.
+//! its closing rate. Near the path the course has the gain k + a, so that k is smaller on paths that close fast. Nothing
+//! is extrapolated over the lag of the aircraft: that would differentiate the course, and aircraft that answer faster
+//! than their model then roll from side to side. The integral i replaces what is missing in a steady turn, and tau_a
+//! makes the gain fall where the aircraft rolls late. The tests compute the margins of the loop for an identified
+//! aircraft.
 //!
 //! Aircraft turn at a share s of the coordinated rate: an ArduPlane airframe with stock parameters at 0.72 (measured in
 //! its simulator), because its turns are not coordinated. The estimate of s compares the measured turn with that of the
@@ -154,8 +155,10 @@ impl InnerLoop {
         self.follow_share(inputs, airspeed_m_s, dt_s);
         let (demanded_m_s2, gain) = match inputs.demand {
             Demand::Path(path) => {
-                let demanded_m_s2 = self.path_acceleration_m_s2(&path, inputs, (airspeed_m_s, roll_max_rad), dt_s);
-                (demanded_m_s2, 1.0 - math::exp(-dt_s / ACCELERATION_LAG_S))
+                let gains = InnerLoopGains::of(&path);
+                let within = (airspeed_m_s, roll_max_rad);
+                let demanded_m_s2 = self.path_acceleration_m_s2((&path, &gains), inputs, within, dt_s);
+                (demanded_m_s2, 1.0 - math::exp(-dt_s / gains.filter_s))
             }
             Demand::Turn(turn_rate_rad_s) => (airspeed_m_s * turn_rate_rad_s, 1.0),
         };
@@ -174,12 +177,11 @@ impl InnerLoop {
     /// Lateral acceleration that leads onto a path, m/s2.
     fn path_acceleration_m_s2(
         &mut self,
-        path: &Guidance,
+        (path, gains): (&Guidance, &InnerLoopGains),
         InnerLoopInputs { own, wind, .. }: &InnerLoopInputs,
         (airspeed_m_s, roll_max_rad): (f64, f64),
         dt_s: f64,
     ) -> f64 {
-        let gains = InnerLoopGains::of(path);
         let is_limited = self.roll_rad.abs() >= roll_max_rad;
         if !is_limited && path.right_of_path_m.abs() <= INTEGRAL_REACH_M {
             let added_rad_s = finite(gains.integral_rad_s2_m * path.right_of_path_m) * dt_s;

@@ -126,6 +126,16 @@ impl Pieces {
     fn piece_s(&self) -> f64 {
         self.response.duration_s()
     }
+
+    fn time_s(&self) -> f64 {
+        self.piece_s() * self.count as f64
+    }
+
+    /// Deviation of an arc of the longer pieces from its chord, m.
+    fn sagitta_m(&self, other: &Self, airframe: &Airframe) -> f64 {
+        let longest_s = self.piece_s().max(other.piece_s());
+        airframe.fastest_over_ground_m_s() * longest_s * airframe.uav.turn_rate_max_rad_s * longest_s / 8.0
+    }
 }
 
 /// Path of a UAV: a command for one period, then a fallback.
@@ -191,13 +201,13 @@ impl FallbackModel {
             Integrator::Euler => period_s,
         };
         let (first, held) = (Pieces::of(uav, period_s), Pieces::of(uav, held_s));
-        let longest_s = first.piece_s().max(held.piece_s());
-        let arc_m = 0.25 * airframe.fastest_over_ground_m_s() * longest_s * uav.turn_rate_max_rad_s * longest_s;
+        // Those of both paths.
+        let arcs_m = 2.0 * first.sagitta_m(&held, &airframe);
         Self {
             is_over_ground: false,
             commands: (settled_s / held_s).ceil().clamp(1.0, 200.0) as usize,
             lead_s: uav.turn_rate_lag_s + 0.5 * period_s,
-            error_m: arc_m + airframe.wind_error_m(),
+            error_m: arcs_m + airframe.wind_error_m(),
             turning_s: 2.0 * period_s + uav.turn_delay_s() + 1.0 / uav.turn_rate_max_rad_s,
             first,
             held,
@@ -212,8 +222,7 @@ impl FallbackModel {
 
     /// Deviation of an arc from its chord, m.
     pub(crate) fn sagitta_m(&self) -> f64 {
-        let longest_s = self.first.piece_s().max(self.held.piece_s());
-        self.airframe.fastest_over_ground_m_s() * longest_s * self.airframe.uav.turn_rate_max_rad_s * longest_s / 8.0
+        self.first.sagitta_m(&self.held, &self.airframe)
     }
 
     /// Time from the beginning of a fallback until it is a circle, s.
@@ -294,8 +303,7 @@ impl FallbackModel {
     /// Path from a motion on which the UAV flies a plan from now on.
     pub(crate) fn path_of(&self, from: &Motion, plan: &Plan) -> Path {
         let first = self.command(from, plan.sense, Some(plan));
-        let period_s = self.first.piece_s() * self.first.count as f64;
-        self.rollout(from, first, plan.sense, Some(plan.after_s(period_s)))
+        self.rollout(from, first, plan.sense, Some(plan.after_s(self.first.time_s())))
     }
 
     fn rollout(&self, from: &Motion, first: Command, sense: Sense, plan: Option<Plan>) -> Path {
@@ -311,7 +319,7 @@ impl FallbackModel {
         fly(&mut motion, &self.first, first);
         // In the air the command stays the same, also if power does not suffice for a constant airspeed.
         let turn = self.command(&motion, sense, None);
-        let held_s = self.held.piece_s() * self.held.count as f64;
+        let held_s = self.held.time_s();
         for number in 0..self.commands {
             let command = match self.ring_wind(&motion) {
                 None => turn,

@@ -58,10 +58,8 @@ impl CollisionAvoidance<'_> {
     ) -> (Command, Option<Avoidance>) {
         let levels = self.levels_m(altitude_m);
         let others = others.filter(|other| !self.is_separated(levels, other.levels_m(AHEAD_S)));
-        let desired = intent.command;
-        let course = PredictedTrajectory::of(&self.own.state, intent, &self.fallbacks.airframe.uav, 0.0);
-        let is_teammate = |other: &OtherAircraft| matches!(other.aircraft, Aircraft::Uav(_));
-        let meets = |other: &OtherAircraft| is_teammate(other) && self.can_meet(&other.motion.state, other.age_s);
+        let (desired, course) = self.with_path(self.own, intent);
+        let meets = |other: &OtherAircraft| other.uav().is_some() && self.can_meet(&other.motion.state, other.age_s);
         if !others.clone().any(|other| meets(&other)) {
             let near = others.clone().filter_map(|other| self.near(&other, Some(&course), |uav| team.intent_of(uav)));
             let near: Vec<Near> = near.collect();
@@ -83,8 +81,7 @@ impl<'a> JointPlan<'a> {
     ) -> Self {
         let itself =
             OtherAircraft { aircraft: Aircraft::Uav(own.id), motion: *own.own, age_s: 0.0, manoeuvre: own.manoeuvre };
-        let is_intruder = |other: &OtherAircraft| matches!(other.aircraft, Aircraft::Intruder(_));
-        let intruders = others.clone().filter(is_intruder).collect();
+        let intruders = others.clone().filter(|other| other.uav().is_none()).collect();
         let mut nearest: Vec<(UavId, OtherAircraft, Motion)> =
             others.chain([itself]).filter_map(|other| Some((other.uav()?, other, own.now(&other)))).collect();
         if nearest.len() >= PLANNED_MAX {

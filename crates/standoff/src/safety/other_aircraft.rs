@@ -68,18 +68,22 @@ impl OtherAircraft {
     }
 
     /// The aircraft where the wind has carried it since its report.
-    fn drifted(mut self) -> Self {
-        let drift = self.motion.wind.velocity * self.age_s.min(SILENT_MAX_S);
-        self.motion.state.position = self.motion.state.position + drift;
-        self
+    fn drifted(self) -> Self {
+        Self { motion: self.after_drift(1.0), ..self }
+    }
+
+    /// Motion moved by a multiple of the drift with the wind since the report.
+    fn after_drift(&self, times: f64) -> Motion {
+        let drift = self.motion.wind.velocity * (times * self.age_s.min(SILENT_MAX_S));
+        let state = self.motion.state;
+        self.motion.with_state(UavState { position: state.position + drift, ..state })
     }
 
     /// Motion of a teammate at its report, for the next time step; `now` is the time of this one.
     pub(crate) fn as_flown(&self, now: Time) -> Option<(UavId, Flown)> {
         let uav = self.uav()?;
-        let UavState { position, speed_m_s, turn_rate_rad_s, .. } = self.motion.state;
-        let drift = self.motion.wind.velocity * -self.age_s.min(SILENT_MAX_S);
-        let motion = self.motion.with_state(UavState { position: position + drift, ..self.motion.state });
+        let UavState { speed_m_s, turn_rate_rad_s, .. } = self.motion.state;
+        let motion = self.after_drift(-1.0);
         let command = self.manoeuvre.map_or(Command { speed_m_s, turn_rate_rad_s }, |manoeuvre| manoeuvre.command);
         Some((uav, Flown { from: now + Duration::from_s(-self.age_s), motion, command, plan: None }))
     }

@@ -42,6 +42,10 @@ const CLEAR_OF_OLD_S: f64 = 2.0;
 
 /// Prediction horizon for intruders, s. Both straight flight and pursuit of the UAV are predicted.
 const INTRUDER_AHEAD_S: f64 = 12.0;
+
+/// Horizontal distance within which a UAV does not climb or descend past another aircraft, in multiples of the minimum.
+pub(crate) const CLIMB_CLEAR_MINIMA: f64 = 6.0;
+
 research_fields! {
     /// An aircraft that a UAV avoids.
     #[derive(Debug, Clone, Copy, PartialEq)]
@@ -235,8 +239,6 @@ impl CollisionAvoidance<'_> {
     }
 }
 
-/// Horizontal distance within which a UAV does not climb or descend past another aircraft, in multiples of the minimum.
-pub(crate) const CLIMB_CLEAR_MINIMA: f64 = 6.0;
 /// The manoeuvre, if it avoids an aircraft.
 pub(crate) fn avoiding(manoeuvre: Option<Manoeuvre>) -> Option<Manoeuvre> {
     manoeuvre.filter(|manoeuvre| manoeuvre.avoids.is_some())

@@ -195,10 +195,8 @@ impl GeofenceSafety {
         let least_m2 = self.least_m2(Of::Choice);
         let paths = Sense::BOTH.map(|sense| self.model.path(own, command, sense));
         let [left, right] = [0, 1].map(|index| Closest::of(&paths[index], &sides, least_m2).squared_m2);
-        if left.max(right) >= least_m2 {
-            return Some(self.model.plan(&paths[usize::from(right > left)]));
-        }
-        plan.map(|plan| plan.after_s(period_s)).or_else(|| Some(self.model.plan(&paths[usize::from(right > left)])))
+        let kept = plan.filter(|_| left.max(right) < least_m2).map(|plan| plan.after_s(period_s));
+        kept.or_else(|| Some(self.model.plan(&paths[usize::from(right > left)])))
     }
 
     /// All sides within reach.
