@@ -365,6 +365,22 @@ impl Zone {
     }
 }
 
+/// Two sides of one outline that cross or touch each other; adjacent ones may share a vertex only.
+fn crossing_sides(sides: &[Side]) -> Option<[usize; 2]> {
+    let crosses = |first: usize, second: usize| {
+        let (one, other) = (&sides[first], &sides[second]);
+        let is_next = second == first + 1 || (first == 0 && second + 1 == sides.len());
+        if !is_next {
+            return squared_between_m2((one.from, one.to), (other.from, other.to)) <= SAME_M * SAME_M;
+        }
+        let (shared, a, b) =
+            if one.to == other.from { (one.to, one.from, other.to) } else { (one.from, one.to, other.from) };
+        [(a, b), (b, a)].iter().any(|(at, end)| squared_to_side_m2(*at, shared, *end) <= SAME_M * SAME_M)
+    };
+    let pairs = (0..sides.len()).flat_map(|first| (first + 1..sides.len()).map(move |second| [first, second]));
+    pairs.into_iter().find(|[first, second]| crosses(*first, *second))
+}
+
 impl Bounded {
     fn new(number: usize, mut zone: Zone) -> Result<Self, GeofenceError> {
         let name = if zone.name.is_empty() { String::new() } else { format!(" {:?}", zone.name) };
@@ -402,29 +418,12 @@ impl Bounded {
             return error(None, format!("has {vertices} different vertices; an outline needs at least three"));
         }
         let sides: Vec<Side> = zone.sides(number).collect();
-        for (first, one) in sides.iter().enumerate() {
-            for (second, other) in sides.iter().enumerate().skip(first + 1) {
-                let is_next = second == first + 1 || (first == 0 && second + 1 == vertices);
-                let crosses = if is_next {
-                    // Adjacent sides share a vertex; if they share more, the outline folds back on itself.
-                    let (shared, a, b) = if one.to == other.from {
-                        (one.to, one.from, other.to)
-                    } else {
-                        (one.from, one.to, other.from)
-                    };
-                    squared_to_side_m2(a, shared, b) <= SAME_M * SAME_M
-                        || squared_to_side_m2(b, shared, a) <= SAME_M * SAME_M
-                } else {
-                    squared_between_m2((one.from, one.to), (other.from, other.to)) <= SAME_M * SAME_M
-                };
-                if crosses {
-                    let what = format!(
-                        "the side that starts here crosses or touches the side that starts at vertex {second}; an outline \
-                         must not cross itself"
-                    );
-                    return error(Some(first), what);
-                }
-            }
+        if let Some([first, second]) = crossing_sides(&sides) {
+            let what = format!(
+                "the side that starts here crosses or touches the side that starts at vertex {second}; an outline must \
+                 not cross itself"
+            );
+            return error(Some(first), what);
         }
         let (mut low, mut high) = ((f64::INFINITY, f64::INFINITY), (f64::NEG_INFINITY, f64::NEG_INFINITY));
         for at in &zone.vertices {
