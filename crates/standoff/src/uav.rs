@@ -93,6 +93,13 @@ impl UavState {
         Self { position: self.position + moved, heading, vertical, ..*self }
     }
 
+    /// The state after a steady turn of `after_s` seconds towards a direction, as far as the maximum turn rate allows.
+    pub(crate) fn turned_towards(&self, direction: Angle, turn_rate_max_rad_s: f64, after_s: f64) -> Self {
+        let turn_rate_rad_s = (direction - self.heading).rad() / after_s;
+        let turn_rate_rad_s = turn_rate_rad_s.clamp(-turn_rate_max_rad_s, turn_rate_max_rad_s);
+        Self { turn_rate_rad_s, ..*self }.extrapolated(after_s)
+    }
+
     /// Velocity over ground.
     pub fn velocity(&self) -> Velocity {
         Velocity::from_polar(self.speed_m_s, self.heading)

@@ -221,7 +221,6 @@ impl DetourPlanner {
         speed_m_s: f64,
         sides: &[Side],
     ) -> PathAhead {
-        let turn_max_rad = self.uav.turn_rate_max_rad_s * STEP_S;
         let mut state = UavState { speed_m_s, ..*own };
         let (mut blocked, mut is_on_orbit, mut cut_off) = (None, false, 0);
         // One turn, from the point at which the orbit is reached.
@@ -242,9 +241,8 @@ impl DetourPlanner {
                 break;
             }
             let desired = on_orbit.ground_track(speed_m_s).heading;
-            let turn_rad = (desired - state.heading).rad().clamp(-turn_max_rad, turn_max_rad);
-            let along = state.heading + Angle::from_rad(0.5 * turn_rad);
-            let next = state.position + Displacement::from_polar(speed_m_s * STEP_S, along);
+            let flown = state.turned_towards(desired, self.uav.turn_rate_max_rad_s, STEP_S);
+            let next = flown.position;
             if blocked.is_none() {
                 let least_m2 = CLEAR_M.min(0.9 * clearance_m2(own.position, sides).sqrt()).max(1.0);
                 let met = sides.iter().find(|side| {
@@ -252,7 +250,7 @@ impl DetourPlanner {
                 });
                 blocked = met.map(|side| side.zone);
             }
-            (state.position, state.heading) = (next, state.heading + Angle::from_rad(turn_rad));
+            state = flown;
             // A point within the UAV's turning circle is not a goal. Neither is a free point before the orbit is
             // reached, because it may be in a pocket of the zone.
             let is_far = || own.position.squared_distance_m2(next) > self.circle_m() * self.circle_m();

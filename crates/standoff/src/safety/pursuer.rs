@@ -1,7 +1,6 @@
 //! Worst-case model of an intruder that keeps turning towards a UAV.
 
-use crate::angle::Angle;
-use crate::frame::{Displacement, Position};
+use crate::frame::Position;
 use crate::uav::UavState;
 
 /// Time step of the prediction, s. In one step, a pursuer at 40 m/s moves 20 m and turns by 9 degrees.
@@ -19,17 +18,13 @@ pub(crate) fn closest_m(
     growth_m_s: f64,
     uav_at: impl Fn(f64) -> Position,
 ) -> f64 {
-    let (mut position, mut heading) = (pursuer.position, pursuer.heading);
-    let mut closest_m = f64::INFINITY;
+    let (mut pursuer, mut closest_m) = (*pursuer, f64::INFINITY);
     let steps = (ahead_s / STEP_S) as u32;
     for step in 0..=steps {
         let after_s = f64::from(step) * STEP_S;
-        let to_uav: Displacement = uav_at(after_s) - position;
+        let to_uav = uav_at(after_s) - pursuer.position;
         closest_m = closest_m.min(to_uav.length_m() - growth_m_s * after_s);
-        let turn_max_rad = turn_rate_max_rad_s * STEP_S;
-        let error_rad = (to_uav.direction() - heading).rad();
-        heading = heading + Angle::from_rad(error_rad.clamp(-turn_max_rad, turn_max_rad));
-        position = position + Displacement::from_polar(pursuer.speed_m_s * STEP_S, heading);
+        pursuer = pursuer.turned_towards(to_uav.direction(), turn_rate_max_rad_s, STEP_S);
     }
     closest_m
 }
@@ -37,6 +32,7 @@ pub(crate) fn closest_m(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::angle::Angle;
 
     fn at_40_m_s(x_m: f64, heading_deg: f64) -> UavState {
         UavState::level_flight(Position::from_m(x_m, 0.0), Angle::from_deg(heading_deg), 40.0)
