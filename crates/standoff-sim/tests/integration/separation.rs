@@ -439,8 +439,8 @@ const FAMILIES: &[(&str, Family, f64)] = &[
     ("zone-per-group", Family { zones: Zones::One, duration_s: 150.0, policy: "per-group", ..FEW }, 1.0),
     ("windy", Family { uavs: (2, 6), is_windy: true, ..FEW }, 0.0),
     ("windy-zone", Family { uavs: (2, 6), zones: Zones::One, is_windy: true, duration_s: 150.0, ..FEW }, 1.0),
-    ("windy-zones", Family { uavs: (2, 6), zones: Zones::Several, is_windy: true, duration_s: 120.0, ..FEW }, 10.0),
-    ("radio", Family { extra: RADIO, ..FEW }, 1.0),
+    ("windy-zones", Family { uavs: (2, 6), zones: Zones::Several, is_windy: true, duration_s: 120.0, ..FEW }, 1.0),
+    ("radio", Family { extra: RADIO, ..FEW }, 0.5),
     ("banking", Family { extra: BANKING, ..FEW }, 0.5),
     ("banking-zone", Family { zones: Zones::One, duration_s: 150.0, extra: BANKING, ..FEW }, 1.0),
     ("banking-wind", Family { extra: BANKING_IN_WIND, ..FEW }, 0.5),
@@ -453,16 +453,18 @@ const FAMILIES: &[(&str, Family, f64)] = &[
     ("twelve", Family { uavs: (12, 12), ..FEW }, 5.0),
 ];
 
-/// Prints a row of the table of a family, and checks that it has no more runs below 50 m than allowed, rounded up.
+/// Prints a row of the table of a family, and checks that it has no more runs below 50 m than allowed, rounded up. Runs
+/// in which a UAV is warned before the run that it cannot stay inside its zones are left out.
 fn check(name: &str, family: &Family, runs: u64, allowed_per_1000: f64) {
-    let all = fly_all(family, runs);
+    let (warned, all): (Vec<_>, Vec<_>) = fly_all(family, runs).into_iter().partition(|(_, flown)| flown.is_warned);
     let below = |least_m: f64| all.iter().filter(move |(_, of)| of.teammates_m.min(of.intruder_m) < least_m);
     let mean = |of: fn(&Flown) -> f64| all.iter().map(|(_, flown)| of(flown)).sum::<f64>() / all.len() as f64;
     let least = |of: fn(&Flown) -> f64| all.iter().map(|(_, flown)| of(flown)).fold(f64::INFINITY, f64::min);
     println!(
-        "{name}: {} runs, below 50 m {}, below 25 m {}, smallest {:.1} m, of an intruder {:.1} m; reversals {:.3} 1/min, \
+        "{name}: {} runs, {} more with a warning, below 50 m {}, below 25 m {}, smallest {:.1} m, of an intruder {:.1} m; reversals {:.3} 1/min, \
          phase error {:.3} deg, custody {:.5}, out of view {:.5}",
         all.len(),
+        warned.len(),
         below(50.0).count(),
         below(25.0).count(),
         least(|of| of.teammates_m),
@@ -478,7 +480,7 @@ fn check(name: &str, family: &Family, runs: u64, allowed_per_1000: f64) {
             at_s[0], at_s[1]
         );
     }
-    let crossed = || all.iter().filter(|(_, flown)| flown.crossed_m > 0.0 && !flown.is_warned);
+    let crossed = || all.iter().filter(|(_, flown)| flown.crossed_m > 0.0);
     for (seed, flown) in crossed().take(20) {
         println!("    seed {seed}: a UAV was {:.2} m beyond the outline of the zone", flown.crossed_m);
     }
@@ -487,11 +489,11 @@ fn check(name: &str, family: &Family, runs: u64, allowed_per_1000: f64) {
     assert!(below(50.0).count() <= allowed, "{name}: {} of {} runs are below 50 m", below(50.0).count(), all.len());
 }
 
-/// A few runs of each family; all keep the minimum distance, except in families where more than 2 of 1,000 do not.
+/// A few runs of each family; all keep the minimum distance, except in families where more than 1 of 1,000 do not.
 #[test]
 fn uavs_keep_the_minimum_distance_in_drawn_scenarios() {
     for (name, family, allowed_per_1000) in FAMILIES {
-        let allowed_per_1000 = if *allowed_per_1000 > 2.0 { *allowed_per_1000 } else { 0.0 };
+        let allowed_per_1000 = if *allowed_per_1000 > 1.0 { *allowed_per_1000 } else { 0.0 };
         check(name, &Family { duration_s: 60.0, ..*family }, 4, allowed_per_1000);
     }
 }

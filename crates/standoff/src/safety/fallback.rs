@@ -37,6 +37,8 @@ const POINTS_MAX: f64 = 20.0;
 /// Share of the heading error, and of the error of the radius, that a UAV on a circle corrects per lead time.
 const COURSE_GAIN: f64 = 0.4;
 const RADIUS_GAIN: f64 = 0.1;
+/// Weight of the shortfall of two circles relative to that of the paths onto them, which are flown before.
+const CIRCLES_WEIGHT: f64 = 0.3;
 /// Steps of a lap on a circle over ground.
 const LAP_STEPS: f64 = 64.0;
 
@@ -366,7 +368,7 @@ impl FallbackModel {
     }
 
     /// Shortfall of the distance of two paths in the same wind, as a fraction of the required distance: the largest plus
-    /// the mean. Zero if they never come nearer than that.
+    /// the mean until both are circles, plus a part of that of the circles. Zero if they never come nearer than that.
     pub(crate) fn shortfall(&self, a: &Path, b: &Path, required_m: f64, wind: Wind) -> f64 {
         let relative = |point: usize| (a.points[point] - b.points[point]).vector();
         let (mut from, mut worst, mut sum) = (relative(0), 0.0, 0.0);
@@ -384,7 +386,7 @@ impl FallbackModel {
             sum += short(to.norm());
             from = to;
         }
-        f64::max(worst, short(circles_m(a, b, required_m, wind))) + sum / pieces as f64
+        worst + sum / pieces as f64 + CIRCLES_WEIGHT * short(circles_m(a, b, required_m, wind))
     }
 }
 

@@ -29,7 +29,7 @@ pub(crate) const FALLBACK_BUFFER_M: f64 = 2.0;
 pub(crate) const AHEAD_S: f64 = 8.0;
 
 /// Growth of the position uncertainty of another aircraft per second since its last report, m/s.
-pub(crate) const DRIFT_M_S: f64 = 10.0;
+pub(crate) const DRIFT_M_S: f64 = 25.0;
 /// Growth of the required distance per second of prediction and second of report age, m/s2.
 const DRIFT_M_S2: f64 = 6.0;
 
