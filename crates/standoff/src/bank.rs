@@ -22,8 +22,29 @@ use crate::uav::UavState;
 /// Maximum rate of the commanded bank angle, rad/s: 60 deg/s, which small aircraft follow.
 pub(crate) const ROLL_COMMAND_RATE_MAX_RAD_S: f64 = 60.0 * math::PI / 180.0;
 
+/// Time constant of the lateral acceleration that the bank angle is commanded for, s.
+pub(crate) const BANK_COMMAND_LAG_S: f64 = 0.4;
+
 /// Minimum divisor of turn rates, m/s: no aircraft flies slower.
 const SPEED_MIN_M_S: f64 = 1.0;
+
+/// Commanded bank angle `dt_s` seconds after `last_rad`, rad: that of a demanded lateral acceleration, m/s2, positive to
+/// the left, low-passed and with a limited rate. The aircraft turns at a share of the coordinated rate, and banks by at
+/// most a maximum angle, rad. What a limit takes away is not made up for later.
+pub(crate) fn next_bank_command_rad(
+    last_rad: f64,
+    demanded_m_s2: f64,
+    (share, bank_max_rad): (f64, f64),
+    dt_s: f64,
+) -> f64 {
+    let (sin, cos) = math::sin_cos(last_rad);
+    let last_m_s2 = -share * GRAVITY_M_S2 * sin / cos;
+    let next_m_s2 = last_m_s2 + (1.0 - math::exp(-dt_s / BANK_COMMAND_LAG_S)) * (demanded_m_s2 - last_m_s2);
+    let next_rad = -math::atan2(next_m_s2, share * GRAVITY_M_S2);
+    let change_max_rad = ROLL_COMMAND_RATE_MAX_RAD_S * dt_s;
+    // Unlike `clamp`, this accepts what is not finite.
+    next_rad.max(last_rad - change_max_rad).min(last_rad + change_max_rad).max(-bank_max_rad).min(bank_max_rad)
+}
 
 impl BankParams {
     /// Turn rate, rad/s, positive anticlockwise, at a bank angle, rad, positive to the right.
@@ -47,7 +68,9 @@ impl BankParams {
 
     /// Duration of a roll from level flight to the maximum bank angle, s.
     fn roll_time_s(&self) -> f64 {
-        self.bank_max_rad / self.roll_rate_max_rad_s.min(ROLL_COMMAND_RATE_MAX_RAD_S) + self.roll_lag_s
+        self.bank_max_rad / self.roll_rate_max_rad_s.min(ROLL_COMMAND_RATE_MAX_RAD_S)
+            + BANK_COMMAND_LAG_S
+            + self.roll_lag_s
     }
 
     /// Lowest and highest acceleration in level flight, m/s2.
@@ -128,7 +151,7 @@ impl UavParams {
     pub(crate) fn settling_s(&self, lags: f64) -> f64 {
         match self.bank {
             None => lags * self.speed_lag_s.max(self.turn_rate_lag_s),
-            Some(bank) => 2.0 * bank.roll_time_s() + lags * bank.roll_lag_s,
+            Some(bank) => 2.0 * bank.roll_time_s() + lags * (BANK_COMMAND_LAG_S + bank.roll_lag_s),
         }
     }
 }

@@ -5,7 +5,7 @@
 //! a'    = (V_a psi' - a) / tau_a                   phi_c = -atan(a / (s g))       lateral acceleration, roll
 //! ```
 //!
-//! A turn that avoids an aircraft or a zone is no feedback: it is flown without tau_a, as its prediction assumes.
+//! A turn that avoids an aircraft or a zone is demanded as psi' itself. Its prediction has the same tau_a.
 //!
 //! f is the turn rate of the path, as the law returns it for the position and velocity of the UAV now, and psi_d the
 //! heading of its course chi_d at the airspeed V_a, by the wind triangle; d is the distance to the right of the path, and a
@@ -26,7 +26,7 @@
 use std::ops::RangeInclusive;
 
 use crate::atmosphere::GRAVITY_M_S2;
-use crate::bank::ROLL_COMMAND_RATE_MAX_RAD_S;
+use crate::bank::{BANK_COMMAND_LAG_S, next_bank_command_rad};
 use crate::guidance::followed::Guidance;
 use crate::math;
 use crate::uav::UavState;
@@ -47,9 +47,6 @@ const INTEGRAL_MAX_RAD_S: f64 = 0.08;
 
 /// Distance from the path beyond which the integral stays as it is, m: the UAV then still approaches its orbit.
 const INTEGRAL_REACH_M: f64 = 30.0;
-
-/// Time constant tau_a of the commanded acceleration, s.
-const ACCELERATION_LAG_S: f64 = 0.4;
 
 /// Bounds of the share s.
 const SHARE: RangeInclusive<f64> = 0.5..=1.2;
@@ -91,7 +88,7 @@ impl InnerLoopGains {
             (COURSE_GAIN_1_S - path.closing_rate_1_s).max(*HEADING_GAIN_1_S.start()).min(*HEADING_GAIN_1_S.end());
         let time_m = path.speed_m_s.max(SPEED_MIN_M_S) * INTEGRAL_TIME_S;
         let integral_rad_s2_m = heading_1_s * path.closing_rate_1_s / time_m;
-        Self { heading_1_s, integral_rad_s2_m, filter_s: ACCELERATION_LAG_S }
+        Self { heading_1_s, integral_rad_s2_m, filter_s: BANK_COMMAND_LAG_S }
     }
 }
 
@@ -127,8 +124,6 @@ pub struct InnerLoop {
     share: f64,
     /// Integral i, rad/s.
     integral_rad_s: f64,
-    /// Commanded lateral acceleration a, m/s2, positive to the left.
-    acceleration_m_s2: f64,
     /// Low-passed turn rate, and that of a coordinated turn at the measured roll, rad/s.
     turns_rad_s: [f64; 2],
     /// Last commanded roll, rad.
@@ -141,9 +136,7 @@ impl InnerLoop {
     pub fn start_at(roll_rad: f64, share: f64) -> Self {
         let roll_rad = if roll_rad.is_finite() { limited_rad(roll_rad, MEASURED_ROLL_MAX_RAD) } else { 0.0 };
         let share = if share.is_finite() { share.clamp(*SHARE.start(), *SHARE.end()) } else { 1.0 };
-        let (sin, cos) = math::sin_cos(roll_rad);
-        let acceleration_m_s2 = -share * GRAVITY_M_S2 * sin / cos;
-        Self { share, integral_rad_s: 0.0, acceleration_m_s2, turns_rad_s: [0.0; 2], roll_rad }
+        Self { share, integral_rad_s: 0.0, turns_rad_s: [0.0; 2], roll_rad }
     }
 
     /// Returns the roll to command after a step of `dt_s` seconds, rad, positive to the right. It is finite and at most
@@ -153,35 +146,24 @@ impl InnerLoop {
         let roll_max_rad = finite(inputs.roll_max_rad).clamp(0.0, 0.5 * math::PI);
         let airspeed_m_s = finite(inputs.wind.air_velocity(inputs.own.velocity()).airspeed_m_s).max(SPEED_MIN_M_S);
         self.follow_share(inputs, airspeed_m_s, dt_s);
-        let (demanded_m_s2, gain) = match inputs.demand {
-            Demand::Path(path) => {
-                let gains = InnerLoopGains::of(&path);
-                let within = (airspeed_m_s, roll_max_rad);
-                let demanded_m_s2 = self.path_acceleration_m_s2((&path, &gains), inputs, within, dt_s);
-                (demanded_m_s2, 1.0 - math::exp(-dt_s / gains.filter_s))
-            }
-            Demand::Turn(turn_rate_rad_s) => (airspeed_m_s * turn_rate_rad_s, 1.0),
+        let demanded_m_s2 = match inputs.demand {
+            Demand::Path(path) => self.path_acceleration_m_s2(&path, inputs, (airspeed_m_s, roll_max_rad), dt_s),
+            Demand::Turn(turn_rate_rad_s) => airspeed_m_s * turn_rate_rad_s,
         };
-        self.acceleration_m_s2 += gain * (finite(demanded_m_s2) - self.acceleration_m_s2);
-        // What the aircraft cannot fly is not remembered.
-        let (sin, cos) = math::sin_cos(roll_max_rad.min(MEASURED_ROLL_MAX_RAD));
-        let acceleration_max_m_s2 = self.share * GRAVITY_M_S2 * sin / cos;
-        self.acceleration_m_s2 = self.acceleration_m_s2.clamp(-acceleration_max_m_s2, acceleration_max_m_s2);
-        let roll_rad = -math::atan2(self.acceleration_m_s2, self.share * GRAVITY_M_S2);
-        let step_max_rad = ROLL_COMMAND_RATE_MAX_RAD_S * dt_s;
-        let roll_rad = roll_rad.clamp(self.roll_rad - step_max_rad, self.roll_rad + step_max_rad);
-        self.roll_rad = limited_rad(roll_rad, roll_max_rad);
+        let roll_max_rad = roll_max_rad.min(MEASURED_ROLL_MAX_RAD);
+        self.roll_rad = next_bank_command_rad(self.roll_rad, finite(demanded_m_s2), (self.share, roll_max_rad), dt_s);
         self.roll_rad
     }
 
     /// Lateral acceleration that leads onto a path, m/s2.
     fn path_acceleration_m_s2(
         &mut self,
-        (path, gains): (&Guidance, &InnerLoopGains),
+        path: &Guidance,
         InnerLoopInputs { own, wind, .. }: &InnerLoopInputs,
         (airspeed_m_s, roll_max_rad): (f64, f64),
         dt_s: f64,
     ) -> f64 {
+        let gains = InnerLoopGains::of(path);
         let is_limited = self.roll_rad.abs() >= roll_max_rad;
         if !is_limited && path.right_of_path_m.abs() <= INTEGRAL_REACH_M {
             let added_rad_s = finite(gains.integral_rad_s2_m * path.right_of_path_m) * dt_s;
@@ -221,6 +203,7 @@ fn limited_rad(angle_rad: f64, max_rad: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::angle::Angle;
+    use crate::bank::ROLL_COMMAND_RATE_MAX_RAD_S;
     use crate::frame::{Displacement, Position, Velocity};
     use proptest::prelude::*;
 

@@ -3,13 +3,17 @@
 //! The airframe is kinematic, with the exact solution of (1) or Euler steps (4), or it [banks](crate::bank). In a steady
 //! wind, the predicted motion is the flown one.
 
-use crate::bank::ROLL_COMMAND_RATE_MAX_RAD_S;
+use crate::bank::{ROLL_COMMAND_RATE_MAX_RAD_S, next_bank_command_rad};
 use crate::params::{BankParams, Integrator, TeamParams, UavParams};
 use crate::uav::{AutopilotModel, Command, UavState};
 use crate::wind::Wind;
 
 /// Longest step of the prediction of a banking UAV, s.
 const STEP_MAX_S: f64 = 0.1;
+
+/// Unpredicted change of the commanded bank angle as a multiple of that of the bank angle: a UAV on a path changes its
+/// command steadily between two decisions, and its bank angle follows late.
+const COMMAND_CHANGE: f64 = 1.6;
 
 /// Smallest airspeed by which rates are divided, m/s.
 const AIRSPEED_MIN_M_S: f64 = 0.1;
@@ -99,9 +103,12 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// The motion with the commanded bank angle of another one.
-    pub(crate) fn with_bank_command_of(self, other: &Self) -> Self {
-        Self { bank: Bank { command_rad: other.bank.command_rad, ..self.bank }, ..self }
+    /// The motion with the commanded bank angle of a predicted one, changed as the difference between the bank angles
+    /// indicates, and within the maximum, rad.
+    pub(crate) fn with_bank_command_after(self, predicted: &Self, bank_max_rad: f64) -> Self {
+        let unpredicted_rad = self.bank.angle_rad - predicted.bank.angle_rad;
+        let command_rad = predicted.bank.command_rad + COMMAND_CHANGE * unpredicted_rad;
+        Self { bank: Bank { command_rad: command_rad.max(-bank_max_rad).min(bank_max_rad), ..self.bank }, ..self }
     }
 
     /// The motion of a UAV in a steady turn in calm air: the bank angle is that of the turn rate.
@@ -148,12 +155,10 @@ impl BankParams {
         let dt_s = time_s / steps;
         let climb_m_s = from.state.vertical.map_or(0.0, |vertical| vertical.climb_rate_m_s);
         let Motion { mut state, mut bank, wind } = *from;
-        let change_max_rad = ROLL_COMMAND_RATE_MAX_RAD_S * dt_s;
+        let within = (self.turn_factor, self.bank_max_rad);
         for _ in 0..steps as u32 {
-            let desired_rad = self.bank_rad(command.turn_rate_rad_s, state.speed_m_s);
-            // Unlike `clamp`, this accepts a state that is not finite.
-            bank.command_rad =
-                desired_rad.max(bank.command_rad - change_max_rad).min(bank.command_rad + change_max_rad);
+            let demanded_m_s2 = command.turn_rate_rad_s * state.speed_m_s;
+            bank.command_rad = next_bank_command_rad(bank.command_rad, demanded_m_s2, within, dt_s);
             bank.angle_rad = self.rolled_rad(bank.angle_rad, bank.command_rad, dt_s);
             state = self.step(&state, bank.angle_rad, (command.speed_m_s, uav.speed_lag_s), climb_m_s, dt_s);
         }
@@ -182,6 +187,7 @@ mod tests {
     use super::*;
     use crate::angle::Angle;
     use crate::frame::{Position, Velocity};
+    use crate::guidance::inner_loop::{Demand, InnerLoop, InnerLoopInputs};
     use crate::math;
     use crate::params::TeamParams;
     use crate::safety::fallback::{FallbackModel, Sense};
@@ -214,6 +220,47 @@ mod tests {
         // The command leads: a UAV that has forgotten it expects to turn later.
         let turned_rad = |motion| response.advance(&motion, command).state.turn_rate_rad_s;
         assert!(turned_rad(known(0.5)) < turned_rad(forgotten) - 0.02);
+    }
+
+    /// Between two decisions, a UAV on a path changes its command, which was predicted to stay level.
+    #[test]
+    fn an_unpredicted_change_of_the_commanded_bank_angle_is_noticed() {
+        let (uav, level) = (banking(), Command { speed_m_s: 40.0, turn_rate_rad_s: 0.0 });
+        let start = Motion::steady(&uav, &east(40.0, 0.0));
+        let decided = Flown { from: Time::EPOCH, motion: start, command: level, plan: None };
+        let mut truth = start;
+        for piece in 1..=5 {
+            let command = Command { turn_rate_rad_s: 0.06 * f64::from(piece), ..level };
+            truth = uav.response(Duration::from_s(0.1)).advance(&truth, command);
+        }
+        let now = Time::EPOCH + Duration::from_s(0.5);
+        let noticed_rad = Flown::motion(Some(&decided), &uav, &truth.state, now).bank.command_rad;
+        let (true_rad, error_rad) = (truth.bank.command_rad, noticed_rad - truth.bank.command_rad);
+        assert!(true_rad < -0.2 && error_rad.abs() < 0.4 * true_rad.abs(), "{noticed_rad}, not {true_rad}");
+    }
+
+    /// The inner loop flies commanded turns as predicted, also from one side to the other.
+    #[test]
+    fn the_predicted_turn_is_that_of_the_inner_loop() {
+        const LOOP_S: f64 = 0.1;
+        let (uav, model) = (banking(), BankParams::default());
+        let mut predicted = Motion::steady(&uav, &east(40.0, 0.0));
+        let (mut flown, mut bank_rad) = (predicted.state, 0.0);
+        let mut inner_loop = InnerLoop::start_at(0.0, model.turn_factor);
+        for turn_rate_rad_s in [0.3, -0.3, -0.05, 0.1, 0.3, -0.3] {
+            let command = Command { speed_m_s: 40.0, turn_rate_rad_s };
+            predicted = uav.response(Duration::from_s(0.5)).advance(&predicted, command);
+            for _ in 0..5 {
+                let (demand, wind) = (Demand::Turn(turn_rate_rad_s), Wind::default());
+                let roll_max_rad = model.bank_max_rad;
+                let inputs = InnerLoopInputs { demand, own: flown, wind, roll_rad: Some(bank_rad), roll_max_rad };
+                bank_rad = model.rolled_rad(bank_rad, inner_loop.step(&inputs, LOOP_S), LOOP_S);
+                flown = model.step(&flown, bank_rad, (40.0, uav.speed_lag_s), 0.0, LOOP_S);
+            }
+            let off_m = flown.position.distance_m(predicted.state.position);
+            let off_rad = (flown.heading - predicted.state.heading).rad();
+            assert!(off_m < 0.2 && off_rad.abs() < 0.005, "{turn_rate_rad_s} rad/s: {off_m} m, {off_rad} rad");
+        }
     }
 
     /// In a steady wind, a UAV that flies its plan again and again stays on the planned circle for several laps, also after
