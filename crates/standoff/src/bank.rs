@@ -155,3 +155,17 @@ impl UavParams {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// After one lag, the commanded bank angle is that of 63 % of the demanded acceleration; large changes take longer.
+    #[test]
+    fn the_commanded_bank_angle_follows_with_its_lag_and_its_rate() {
+        let (sin, cos) = math::sin_cos(next_bank_command_rad(0.0, 2.0, (0.72, 1.0), BANK_COMMAND_LAG_S));
+        assert!((-0.72 * GRAVITY_M_S2 * sin / cos / 2.0 - (1.0 - math::exp(-1.0))).abs() < 1e-12);
+        assert_eq!(next_bank_command_rad(0.0, 100.0, (0.72, 1.0), 0.1), -0.1 * ROLL_COMMAND_RATE_MAX_RAD_S);
+        assert_eq!(next_bank_command_rad(0.95, -100.0, (0.72, 1.0), 0.1), 1.0);
+    }
+}
