@@ -37,7 +37,7 @@ impl Flown {
         let mut motion = Motion::steady(uav, state);
         if let Some((bank, (flown, age_s))) = uav.bank.zip(flown.and_then(|flown| Some((flown, flown.age_s(now)?)))) {
             let predicted = bank.predicted(uav, &flown.motion, flown.command, age_s);
-            motion = motion.with_bank_command_after(&predicted, bank.bank_max_rad);
+            motion = motion.with_bank_command_of(&predicted);
         }
         motion
     }

@@ -11,16 +11,16 @@ use crate::wind::Wind;
 /// Longest step of the prediction of a banking UAV, s.
 const STEP_MAX_S: f64 = 0.1;
 
-/// Unpredicted change of the commanded bank angle as a multiple of that of the bank angle: a UAV on a path changes its
-/// command steadily between two decisions, and its bank angle follows late.
-const COMMAND_CHANGE: f64 = 1.6;
-
 /// Smallest airspeed by which rates are divided, m/s.
 const AIRSPEED_MIN_M_S: f64 = 0.1;
 
 /// Error of predicted motion for each m/s of wind, s: gusts, and the heading rates of teammates, which their reports do
 /// not contain.
 const WIND_ERROR_S: f64 = 0.8;
+
+/// Error of the predicted flight of a banking UAV past an outline, as a time: until its next decision, it changes its
+/// commanded bank angle as its path demands, of which the prediction knows the first command only.
+const PATH_ERROR_S: f64 = 0.2;
 
 /// What a UAV can fly, relative to the air, and the wind that predictions allow for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -71,9 +71,14 @@ impl Airframe {
         ground_speed_m_s * ground_speed_m_s / (airspeed_m_s * self.uav.turn_rate_max_at_rad_s(airspeed_m_s))
     }
 
-    /// Distance by which flown and predicted motion may differ, m.
+    /// Distance by which flown and predicted motion may differ because of the wind, m.
     pub(crate) fn wind_error_m(&self) -> f64 {
         WIND_ERROR_S * self.wind_m_s
+    }
+
+    /// Distance by which they may differ because the UAV follows a path, m.
+    pub(crate) fn path_error_m(&self) -> f64 {
+        if self.uav.bank.is_some() { PATH_ERROR_S * self.fastest_over_ground_m_s() } else { 0.0 }
     }
 }
 
@@ -103,12 +108,9 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// The motion with the commanded bank angle of a predicted one, changed as the difference between the bank angles
-    /// indicates, and within the maximum, rad.
-    pub(crate) fn with_bank_command_after(self, predicted: &Self, bank_max_rad: f64) -> Self {
-        let unpredicted_rad = self.bank.angle_rad - predicted.bank.angle_rad;
-        let command_rad = predicted.bank.command_rad + COMMAND_CHANGE * unpredicted_rad;
-        Self { bank: Bank { command_rad: command_rad.max(-bank_max_rad).min(bank_max_rad), ..self.bank }, ..self }
+    /// The motion with the commanded bank angle of another one.
+    pub(crate) fn with_bank_command_of(self, other: &Self) -> Self {
+        Self { bank: Bank { command_rad: other.bank.command_rad, ..self.bank }, ..self }
     }
 
     /// The motion of a UAV in a steady turn in calm air: the bank angle is that of the turn rate.
@@ -220,23 +222,6 @@ mod tests {
         // The command leads: a UAV that has forgotten it expects to turn later.
         let turned_rad = |motion| response.advance(&motion, command).state.turn_rate_rad_s;
         assert!(turned_rad(known(0.5)) < turned_rad(forgotten) - 0.02);
-    }
-
-    /// Between two decisions, a UAV on a path changes its command, which was predicted to stay level.
-    #[test]
-    fn an_unpredicted_change_of_the_commanded_bank_angle_is_noticed() {
-        let (uav, level) = (banking(), Command { speed_m_s: 40.0, turn_rate_rad_s: 0.0 });
-        let start = Motion::steady(&uav, &east(40.0, 0.0));
-        let decided = Flown { from: Time::EPOCH, motion: start, command: level, plan: None };
-        let mut truth = start;
-        for piece in 1..=5 {
-            let command = Command { turn_rate_rad_s: 0.06 * f64::from(piece), ..level };
-            truth = uav.response(Duration::from_s(0.1)).advance(&truth, command);
-        }
-        let now = Time::EPOCH + Duration::from_s(0.5);
-        let noticed_rad = Flown::motion(Some(&decided), &uav, &truth.state, now).bank.command_rad;
-        let (true_rad, error_rad) = (truth.bank.command_rad, noticed_rad - truth.bank.command_rad);
-        assert!(true_rad < -0.2 && error_rad.abs() < 0.4 * true_rad.abs(), "{noticed_rad}, not {true_rad}");
     }
 
     /// The inner loop flies commanded turns as predicted, also from one side to the other.

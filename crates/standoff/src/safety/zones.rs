@@ -53,7 +53,7 @@ impl Outlines {
     }
 }
 
-/// Who flies a path: a margin covers errors of the predicted wind.
+/// Who flies a path: a margin covers errors of the prediction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Of {
     /// A command that the UAV may choose, with this margin.
@@ -134,8 +134,9 @@ impl Geofence {
 
 /// Clearance of the points of a path from outlines, m. Covers the deviation of the path between two points.
 fn margin_m(model: &FallbackModel, of: Of) -> f64 {
-    let wind_m = if of == Of::Choice { model.airframe.wind_error_m() } else { 0.0 };
-    MARGIN_M + model.sagitta_m() + wind_m
+    let airframe = &model.airframe;
+    let errors_m = if of == Of::Choice { airframe.wind_error_m() + airframe.path_error_m() } else { 0.0 };
+    MARGIN_M + model.sagitta_m() + errors_m
 }
 
 impl GeofenceSafety {
