@@ -454,7 +454,7 @@ const FAMILIES: &[(&str, Family, f64)] = &[
 ];
 
 /// Prints a row of the table of a family, and checks that it has no more runs below 50 m than allowed, rounded up. Runs
-/// in which a UAV is warned before the run that it cannot stay inside its zones are left out.
+/// with a warning that a UAV starts too close to an outline are left out.
 fn check(name: &str, family: &Family, runs: u64, allowed_per_1000: f64) {
     let (warned, all): (Vec<_>, Vec<_>) = fly_all(family, runs).into_iter().partition(|(_, flown)| flown.is_warned);
     let below = |least_m: f64| all.iter().filter(move |(_, of)| of.teammates_m.min(of.intruder_m) < least_m);

@@ -18,8 +18,8 @@ const AIRSPEED_MIN_M_S: f64 = 0.1;
 /// not contain.
 const WIND_ERROR_S: f64 = 0.8;
 
-/// Error of the predicted flight of a banking UAV past an outline, as a time: until its next decision, it changes its
-/// commanded bank angle as its path demands, of which the prediction knows the first command only.
+/// Error of the predicted flight of a banking UAV past an outline, as a time: a UAV on a path changes its commanded bank
+/// angle until its next decision, but the prediction contains its first command only.
 const PATH_ERROR_S: f64 = 0.2;
 
 /// What a UAV can fly, relative to the air, and the wind that predictions allow for.
@@ -71,12 +71,12 @@ impl Airframe {
         ground_speed_m_s * ground_speed_m_s / (airspeed_m_s * self.uav.turn_rate_max_at_rad_s(airspeed_m_s))
     }
 
-    /// Distance by which flown and predicted motion may differ because of the wind, m.
+    /// Distance by which flown and predicted motion may differ in wind, m.
     pub(crate) fn wind_error_m(&self) -> f64 {
         WIND_ERROR_S * self.wind_m_s
     }
 
-    /// Distance by which they may differ because the UAV follows a path, m.
+    /// Distance by which they may differ on a path, m.
     pub(crate) fn path_error_m(&self) -> f64 {
         if self.uav.bank.is_some() { PATH_ERROR_S * self.fastest_over_ground_m_s() } else { 0.0 }
     }

@@ -53,7 +53,7 @@ impl Outlines {
     }
 }
 
-/// Who flies a path: a margin covers errors of the prediction.
+/// Use of a path; it decides the margin for errors of the prediction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Of {
     /// A command that the UAV may choose, with this margin.
