@@ -144,9 +144,10 @@ impl GeofenceSafety {
         let model = FallbackModel::over_ground(airframe, period_s);
         let fastest_m_s = airframe.uav.speed_max_m_s();
         let circle_m = 2.0 * airframe.circle_m(fastest_m_s, airframe.wind_m_s);
+        let reach_margin_m = MARGIN_M + margin_m(&model, Of::Choice);
         Self {
             detours: DetourPlanner::of(geofence, airframe.over_ground()),
-            reach_m: airframe.fastest_over_ground_m_s() * (period_s + model.settled_s()) + circle_m + 2.0 * MARGIN_M,
+            reach_m: airframe.fastest_over_ground_m_s() * (period_s + model.settled_s()) + circle_m + reach_margin_m,
             model,
         }
     }
