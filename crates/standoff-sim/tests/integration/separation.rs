@@ -457,14 +457,14 @@ const FAMILIES: &[(&str, Family, f64)] = &[
 /// with a warning that a UAV starts too close to an outline are left out.
 fn check(name: &str, family: &Family, runs: u64, allowed_per_1000: f64) {
     let (warned, all): (Vec<_>, Vec<_>) = fly_all(family, runs).into_iter().partition(|(_, flown)| flown.is_warned);
-    let below = |least_m: f64| all.iter().filter(move |(_, of)| of.teammates_m.min(of.intruder_m) < least_m);
+    let is_below = |least_m: f64| move |(_, of): &&(u64, Flown)| of.teammates_m.min(of.intruder_m) < least_m;
+    let below = |least_m: f64| all.iter().filter(is_below(least_m));
     let mean = |of: fn(&Flown) -> f64| all.iter().map(|(_, flown)| of(flown)).sum::<f64>() / all.len() as f64;
     let least = |of: fn(&Flown) -> f64| all.iter().map(|(_, flown)| of(flown)).fold(f64::INFINITY, f64::min);
     println!(
-        "{name}: {} runs, {} more with a warning, below 50 m {}, below 25 m {}, smallest {:.1} m, of an intruder {:.1} m; reversals {:.3} 1/min, \
-         phase error {:.3} deg, custody {:.5}, out of view {:.5}",
+        "{name}: {} runs, below 50 m {}, below 25 m {}, smallest {:.1} m, of an intruder {:.1} m; reversals {:.3} 1/min, \
+         phase error {:.3} deg, custody {:.5}, out of view {:.5}; {} more with a warning, below 50 m {}",
         all.len(),
-        warned.len(),
         below(50.0).count(),
         below(25.0).count(),
         least(|of| of.teammates_m),
@@ -473,6 +473,8 @@ fn check(name: &str, family: &Family, runs: u64, allowed_per_1000: f64) {
         mean(|of| of.phase_error_deg),
         mean(|of| of.custody),
         mean(|of| of.out_of_view),
+        warned.len(),
+        warned.iter().filter(is_below(50.0)).count(),
     );
     for (seed, Flown { teammates_m, intruder_m, at_s, .. }) in below(50.0).take(20) {
         println!(
