@@ -60,8 +60,8 @@ const SHARE_TURN_RAD_S: f64 = 0.05;
 /// Time constant with which measured turns are low-passed for the share, s.
 const SHARE_LAG_S: f64 = 3.0;
 
-/// Largest measured roll for which a turn rate is computed, rad.
-const MEASURED_ROLL_MAX_RAD: f64 = 80.0 * math::PI / 180.0;
+/// Largest roll for which a turn rate is computed, measured or commanded, rad.
+const ROLL_MAX_RAD: f64 = 80.0 * math::PI / 180.0;
 
 /// Lowest speed by which rates are computed, m/s.
 const SPEED_MIN_M_S: f64 = 1.0;
@@ -134,7 +134,7 @@ impl InnerLoop {
     /// Starts the loop at the current roll of the aircraft, rad, positive to the right, so that the first command does
     /// not step. `share` is the share of the coordinated turn rate at which the aircraft is expected to turn.
     pub fn start_at(roll_rad: f64, share: f64) -> Self {
-        let roll_rad = if roll_rad.is_finite() { limited_rad(roll_rad, MEASURED_ROLL_MAX_RAD) } else { 0.0 };
+        let roll_rad = if roll_rad.is_finite() { limited_rad(roll_rad, ROLL_MAX_RAD) } else { 0.0 };
         let share = if share.is_finite() { share.clamp(*SHARE.start(), *SHARE.end()) } else { 1.0 };
         Self { share, integral_rad_s: 0.0, turns_rad_s: [0.0; 2], roll_rad }
     }
@@ -143,14 +143,13 @@ impl InnerLoop {
     /// `roll_max_rad` for all inputs. A demand that is not finite counts as straight flight.
     pub fn step(&mut self, inputs: &InnerLoopInputs, dt_s: f64) -> f64 {
         let dt_s = finite(dt_s).clamp(0.0, STEP_MAX_S);
-        let roll_max_rad = finite(inputs.roll_max_rad).clamp(0.0, 0.5 * math::PI);
+        let roll_max_rad = finite(inputs.roll_max_rad).clamp(0.0, ROLL_MAX_RAD);
         let airspeed_m_s = finite(inputs.wind.air_velocity(inputs.own.velocity()).airspeed_m_s).max(SPEED_MIN_M_S);
         self.follow_share(inputs, airspeed_m_s, dt_s);
         let demanded_m_s2 = match inputs.demand {
             Demand::Path(path) => self.path_acceleration_m_s2(&path, inputs, (airspeed_m_s, roll_max_rad), dt_s),
             Demand::Turn(turn_rate_rad_s) => airspeed_m_s * turn_rate_rad_s,
         };
-        let roll_max_rad = roll_max_rad.min(MEASURED_ROLL_MAX_RAD);
         self.roll_rad = next_bank_command_rad(self.roll_rad, finite(demanded_m_s2), (self.share, roll_max_rad), dt_s);
         self.roll_rad
     }
@@ -175,7 +174,7 @@ impl InnerLoop {
     /// Updates the share of the coordinated turn rate from the measured turn and roll.
     fn follow_share(&mut self, inputs: &InnerLoopInputs, airspeed_m_s: f64, dt_s: f64) {
         let Some(roll_rad) = inputs.roll_rad.filter(|roll_rad| roll_rad.is_finite()) else { return };
-        let (sin, cos) = math::sin_cos(limited_rad(roll_rad, MEASURED_ROLL_MAX_RAD));
+        let (sin, cos) = math::sin_cos(limited_rad(roll_rad, ROLL_MAX_RAD));
         let gain = 1.0 - math::exp(-dt_s / SHARE_LAG_S);
         let turn_rad_s = inputs.wind.measured_heading_rate_rad_s(&inputs.own);
         let measured = [finite(turn_rad_s), -GRAVITY_M_S2 * sin / cos / airspeed_m_s];
@@ -208,7 +207,7 @@ mod tests {
     use proptest::prelude::*;
 
     const DT_S: f64 = 0.1;
-    const ROLL_MAX_RAD: f64 = 0.8;
+    const LIMIT_RAD: f64 = 0.8;
     const AIRSPEED_M_S: f64 = 25.0;
     const RADIUS_M: f64 = 250.0;
 
@@ -238,7 +237,7 @@ mod tests {
             for _ in 0..(time_s / DT_S) as u32 {
                 let own = self.own();
                 let (wind, roll_rad) = (self.wind, Some(self.roll_rad));
-                let inputs = InnerLoopInputs { demand: demand(&own), own, wind, roll_rad, roll_max_rad: ROLL_MAX_RAD };
+                let inputs = InnerLoopInputs { demand: demand(&own), own, wind, roll_rad, roll_max_rad: LIMIT_RAD };
                 let command_rad = inner_loop.step(&inputs, DT_S);
                 let roll_rate_rad_s = (command_rad - self.roll_rad) / 0.4;
                 fastest_rad_s = fastest_rad_s.max(roll_rate_rad_s.abs());
@@ -304,7 +303,7 @@ mod tests {
         let after = |time_s| {
             let (mut inner_loop, mut airframe) = (InnerLoop::start_at(0.0, 0.72), Airframe::new(0.72, Velocity::ZERO));
             airframe.fly(&mut inner_loop, |_| Demand::Turn(0.6), time_s);
-            assert!((airframe.roll_rad + ROLL_MAX_RAD).abs() < 1e-3, "{}", airframe.roll_rad);
+            assert!((airframe.roll_rad + LIMIT_RAD).abs() < 1e-3, "{}", airframe.roll_rad);
             airframe.fly(&mut inner_loop, |_| Demand::Turn(0.1), 4.0);
             airframe.air.turn_rate_rad_s
         };
@@ -317,9 +316,9 @@ mod tests {
         let mut inner_loop = InnerLoop::start_at(0.3, 1.0);
         let own = UavState::level_flight(Position::ORIGIN, Angle::ZERO, AIRSPEED_M_S);
         let (wind, demand) = (Wind::default(), Demand::Turn(0.5));
-        let inputs = InnerLoopInputs { demand, own, wind, roll_rad: None, roll_max_rad: ROLL_MAX_RAD };
+        let inputs = InnerLoopInputs { demand, own, wind, roll_rad: None, roll_max_rad: LIMIT_RAD };
         for step in 1..=4 {
-            let expected = (0.3 - f64::from(step) * ROLL_COMMAND_RATE_MAX_RAD_S * DT_S).max(-ROLL_MAX_RAD);
+            let expected = (0.3 - f64::from(step) * ROLL_COMMAND_RATE_MAX_RAD_S * DT_S).max(-LIMIT_RAD);
             assert!((inner_loop.step(&inputs, DT_S) - expected).abs() < 1e-12);
         }
     }

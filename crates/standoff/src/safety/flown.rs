@@ -1,4 +1,4 @@
-//! What a UAV has decided last, from which its motion now follows.
+//! The last decision of a UAV, which its present motion follows from.
 
 use crate::params::UavParams;
 use crate::safety::fallback::Plan;

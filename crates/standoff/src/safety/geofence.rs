@@ -377,8 +377,8 @@ fn crossing_sides(sides: &[Side]) -> Option<[usize; 2]> {
             if one.to == other.from { (one.to, one.from, other.to) } else { (one.from, one.to, other.from) };
         [(a, b), (b, a)].iter().any(|(at, end)| squared_to_side_m2(*at, shared, *end) <= SAME_M * SAME_M)
     };
-    let pairs = (0..sides.len()).flat_map(|first| (first + 1..sides.len()).map(move |second| [first, second]));
-    pairs.into_iter().find(|[first, second]| crosses(*first, *second))
+    let mut pairs = (0..sides.len()).flat_map(|first| (first + 1..sides.len()).map(move |second| [first, second]));
+    pairs.find(|[first, second]| crosses(*first, *second))
 }
 
 impl Bounded {
