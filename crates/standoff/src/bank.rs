@@ -66,11 +66,14 @@ impl BankParams {
         bank_rad.clamp(-self.bank_max_rad, self.bank_max_rad)
     }
 
-    /// Duration of a roll from level flight to the maximum bank angle, s.
+    /// Duration of a roll from level flight to the maximum bank angle without lags, s.
     fn roll_time_s(&self) -> f64 {
         self.bank_max_rad / self.roll_rate_max_rad_s.min(ROLL_COMMAND_RATE_MAX_RAD_S)
-            + BANK_COMMAND_LAG_S
-            + self.roll_lag_s
+    }
+
+    /// Sum of the lags from a demanded lateral acceleration to the bank angle, s.
+    fn roll_lags_s(&self) -> f64 {
+        BANK_COMMAND_LAG_S + self.roll_lag_s
     }
 
     /// Lowest and highest acceleration in level flight, m/s2.
@@ -144,14 +147,14 @@ impl UavParams {
 
     /// Time until the turn rate follows its command, s: its lag, or the time of a roll to the maximum bank angle.
     pub(crate) fn turn_delay_s(&self) -> f64 {
-        self.bank.map_or(self.turn_rate_lag_s, |bank| bank.roll_time_s())
+        self.bank.map_or(self.turn_rate_lag_s, |bank| bank.roll_time_s() + bank.roll_lags_s())
     }
 
     /// Time until a turn has settled, s: `lags` lags, or the time of a roll from one side to the other.
     pub(crate) fn settling_s(&self, lags: f64) -> f64 {
         match self.bank {
             None => lags * self.speed_lag_s.max(self.turn_rate_lag_s),
-            Some(bank) => 2.0 * bank.roll_time_s() + lags * (BANK_COMMAND_LAG_S + bank.roll_lag_s),
+            Some(bank) => 2.0 * bank.roll_time_s() + lags * bank.roll_lags_s(),
         }
     }
 }
