@@ -885,21 +885,36 @@ def flown_feedforward(scenario, uav_velocity, uav_rel_centre, centre_velocity, s
     return (8 * change(h) - change(2 * h)) / (12 * h)
 
 
-def equation_35(guidance, phases, own, radius, speed):
-    """Returns the speed that keeps a pair at theta_d, or more UAVs evenly spaced; before limits."""
-    # Phase of each teammate ahead of this UAV, in [0, 2 pi]; of two at the same phase the lower id is behind.
+def equation_35(guidance, phases, own, radius, speed, gap_min):
+    """Returns the speed that keeps a pair at theta_d, three UAVs evenly spaced, or the doubled phases of more; before
+    limits. `gap_min` is the smallest phase difference of neighbours among four or more."""
     sign = DIRECTION[guidance["orbit_direction"]]
-    ahead = {uav: sign * (phase - phases[own]) % (2 * np.pi) for uav, phase in phases.items() if uav != own}
-    ahead = [2 * np.pi if gap == 0.0 and uav < own else gap for uav, gap in ahead.items()]
-    if not ahead:
+
+    def neighbours(factor):
+        """Returns the phase differences to the nearest UAV ahead and behind, in [0, 2 pi]; of two at the same phase the
+        lower id is behind."""
+        ahead = {uav: sign * factor * (phase - phases[own]) % (2 * np.pi) for uav, phase in phases.items() if uav != own}
+        ahead = [2 * np.pi if gap == 0.0 and uav < own else gap for uav, gap in ahead.items()]
+        return len(ahead), min(ahead, default=0.0), 2 * np.pi - max(ahead, default=0.0)
+
+    others, nearest, behind = neighbours(1)
+    if not others:
         return speed
-    nearest, behind = min(ahead), 2 * np.pi - max(ahead)
-    if len(ahead) == 1:
+    if others == 1:
         desired = np.radians(guidance["desired_phase_deg"])
         lag = nearest - desired if nearest <= np.pi else desired - behind
-    else:
+    elif others == 2 or gap_min - behind > nearest - gap_min:
         lag = (nearest - behind) / 2  # half-way between its neighbours
+    else:
+        _, ahead_2, behind_2 = neighbours(2)
+        lag = np.clip((ahead_2 - behind_2) / 4, gap_min - behind, nearest - gap_min)
     return speed + guidance["phase_gain_1_s"] * lag * radius
+
+
+def smallest_gap(record, radius):
+    """Returns the smallest phase difference of neighbours among four or more UAVs on an orbit (addition to (35))."""
+    least = record.scenario.get("separation") or {"horizontal_min_m": 0.0}
+    return 2 * np.arcsin(min((least["horizontal_min_m"] + 20.0) / (2 * radius), 1.0))
 
 
 def in_transit(uav, group):
@@ -935,7 +950,7 @@ def check_guidance(record, compare):
             phases = {mate: direction(other.position - group.position) for mate, other in assigned.items()
                       if other.group == row.group and not in_transit(other, group)}
             phases = phases if uav in phases else {uav: phase}
-            desired_speed = equation_35(guidance, phases, uav, radius, uavs["speed_m_s"])
+            desired_speed = equation_35(guidance, phases, uav, radius, uavs["speed_m_s"], smallest_gap(record, radius))
             desired_speed = max(desired_speed, speed_floor(group.velocity))
             steered = steered_for[time][row.group]
             field = equations_13_20(scenario, relative, steered[0])
@@ -1035,11 +1050,12 @@ def check_metrics(record, compare):
     """Checks every metric in the summary by its definition in docs/metrics.md."""
     if not record.truth:
         return
-    samples, unseen, gaps, gap, orbits = defaultdict(list), [], {}, 0, true_orbits(record)
+    samples, unseen, gaps, gap, orbits, on_orbit = defaultdict(list), [], {}, 0, true_orbits(record), {}
     paths = flown_paths(record)
     for before, time in zip([None, *record.times], record.times):
         track_samples(record, time, samples)
         orbit_samples(record, time, orbits, samples, compare)
+        transit_samples(record, time, orbits, samples, on_orbit)
         separation_samples(record, paths, before, time, samples)
         line_of_sight_samples(record, time, samples)
         if gaps:
@@ -1359,6 +1375,8 @@ def orbit_samples(record, time, orbits, samples, compare):
     scenario, groups = record.scenario, record.groups[time]
     settled = ["", "_settled"] if time / 1e6 >= scenario["transient_s"] else [""]
     for row in record.uavs[time].values():
+        if row.boresight_rad is None:
+            continue
         samples["infeasible_fraction"].append(row.group is not None and not groups[row.group].feasible)
         for ending in settled:
             samples["turn_rate_saturated_fraction" + ending].append(row.turn_rate_limited)
@@ -1381,11 +1399,27 @@ def orbit_samples(record, time, orbits, samples, compare):
             if flown and len(settled) > 1:
                 samples["standoff_error_unfiltered_m_settled"].append(abs(off(uav, instantaneous)))
         if flown and len(uavs) > 1:
-            phases = np.sort([np.degrees(direction(uav - flown[0])) for uav in uavs])
-            gaps, desired = np.diff(phases, append=phases[0] + 360.0), 360.0 / len(uavs)
+            turn = 180.0 if len(uavs) > 3 else 360.0  # of more than three, only the doubled phases matter
+            phases = np.sort([np.degrees(direction(uav - flown[0])) % turn for uav in uavs])
+            gaps, desired = np.diff(phases, append=phases[0] + turn), turn / len(uavs)
             if len(uavs) == 2:
                 gaps, desired = [min(gaps)], scenario["guidance"]["desired_phase_deg"]
             samples["phase_error_deg"].append(np.mean([abs(gap - desired) for gap in gaps]))
+
+
+def transit_samples(record, time, orbits, samples, on_orbit):
+    """Adds the errors of the UAVs on their orbit, which `on_orbit` keeps: the group whose orbit a UAV has reached."""
+    for uav, row in record.uavs[time].items():
+        if row.group is None or row.group not in orbits[time]:
+            continue
+        centre, _, radius, *_ = orbits[time][row.group][0]
+        error = abs(np.hypot(*(row.position - centre)) - radius)
+        if error <= 0.05 * radius:
+            on_orbit[uav] = row.group
+        elif on_orbit.get(uav) != row.group:
+            on_orbit.pop(uav, None)
+        samples["transit_fraction"].append(uav not in on_orbit)
+        samples["standoff_error_on_orbit_m"] += [error] if uav in on_orbit else []
 
 
 def separation_samples(record, paths, before, time, samples):

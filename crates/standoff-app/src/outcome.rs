@@ -20,10 +20,14 @@ const UNGROUPED_NOTABLE: f64 = 0.1;
 /// Maximum number of targets listed in the table.
 const TARGETS_SHOWN: usize = 20;
 
-/// Metrics left out of the table: components of other metrics, or equal to others for a single run.
-const HIDDEN: [&str; 7] = [
+/// Metrics left out of the table unless the user names them: components of other metrics, or nearly equal to others.
+const HIDDEN: [&str; 11] = [
     "position_error_all_m",
     "standoff_distance_m",
+    "standoff_error_m_settled",
+    "standoff_error_own_estimate_m_settled",
+    "standoff_error_unfiltered_m_settled",
+    "turn_rate_saturated_fraction_settled",
     "separation_min_same_group_m",
     "position_squared_error_m2",
     "position_crlb_m2",
@@ -37,7 +41,7 @@ const PAPER_COMPARISON: [&str; 9] = [
     "in_view_fraction",
     "longest_out_of_view_s",
     "position_error_m",
-    "standoff_error_m_settled",
+    "standoff_error_on_orbit_m",
     "phase_error_deg",
     "off_boresight_max_deg",
     "separation_min_same_altitude_m",
@@ -113,8 +117,11 @@ pub fn lines(metrics: &SelectedMetrics, settings: &Settings) -> Vec<Line> {
     // If all groups have one UAV, or all have more, these two add nothing to `position_error_m`.
     let by_uav_count = ["position_error_single_uav_m", "position_error_multi_uav_m"];
     let is_mixed = by_uav_count.iter().all(|name| metrics.get(name).flatten().is_some());
+    let is_set = [MetricSelection::standard(), MetricSelection::ALL].contains(&metrics.choice);
     let is_hidden = |name: &&str| {
-        HIDDEN.contains(name) || (*name == "anees" && is_split) || (by_uav_count.contains(name) && !is_mixed)
+        (is_set && HIDDEN.contains(name))
+            || (*name == "anees" && is_split)
+            || (by_uav_count.contains(name) && !is_mixed)
     };
     // A row without a value is shown only if the user selected the metric.
     let is_standard = metrics.choice == MetricSelection::standard();

@@ -270,7 +270,8 @@ rows! {
         #[on(page)] pub heading_rad: f64,
         /// Speed, m/s; in wind: ground speed.
         #[on(page)] pub speed_m_s: f64,
-        /// Turn rate, rad/s; in wind: course rate.
+        /// Turn rate, rad/s; in wind: course rate from the turn and the mean acceleration of the last time step, without
+        /// gusts.
         #[on(page)] pub turn_rate_rad_s: f64,
         /// Direction of the sensor during the scan, rad.
         #[on(page)] pub boresight_rad: Option<f64>,

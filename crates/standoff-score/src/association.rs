@@ -30,6 +30,8 @@ pub(crate) struct AssociationScores {
     /// Time steps of each target with each of its tracks.
     of_targets: ById<ById<u64>>,
     in_view: InView,
+    /// True if a sensor has been pointed.
+    has_looked: bool,
 }
 
 /// What is in view at a time step; reused buffers.
@@ -55,7 +57,12 @@ struct TrackLife {
 impl AssociationScores {
     /// Adds the next frame.
     pub(crate) fn frame(&mut self, config: &ScoreConfig, frame: &Frame, matching: &Matching<'_>, coverage: &Coverage) {
-        if !coverage.is_blind() {
+        if coverage.is_blind() {
+            if self.has_looked {
+                self.add_nothing_in_view(config, frame);
+            }
+        } else {
+            self.has_looked = true;
             let InView { detected, targets, tracks, assigner } = &mut self.in_view;
             detected.clear();
             detected.extend(frame.detections.iter().filter_map(|row| Some((row.uav, row.target?))));
@@ -89,6 +96,17 @@ impl AssociationScores {
         for track in matching.unmatched_tracks() {
             self.tracks.entry(track.track, TrackLife::default).steps += 1;
         }
+    }
+
+    /// Adds a time step at which no sensor is pointed any more: all existing targets are missed.
+    fn add_nothing_in_view(&mut self, config: &ScoreConfig, frame: &Frame) {
+        frame.truth.iter().for_each(|_| self.detected.add(0.0));
+        self.add_gospa(Gospa {
+            cutoff_m: config.gospa_cutoff_m,
+            localisation_m2: 0.0,
+            missed: frame.truth.len(),
+            false_tracks: 0,
+        });
     }
 
     fn add_gospa(&mut self, gospa: Gospa) {
@@ -220,11 +238,13 @@ mod tests {
         assert_eq!(metrics.detected_fraction, Some(0.5));
         let narrow = ScoreConfig { gospa_cutoff_m: 2.0, ..score_config() };
         assert_eq!(score(&narrow, &[frame(0)]).gospa_m, Some(8f64.sqrt()), "two targets missed, two false tracks");
-        // Without a pointed sensor nothing is in view.
-        let mut blind = frame(0);
+        // Before a sensor has been pointed nothing is in view. Later, all targets are then missed.
+        let mut blind = frame(1);
         blind.uavs[0].boresight_rad = None;
-        let metrics = score(&score_config(), &[blind]);
+        let metrics = score(&score_config(), [&blind]);
         assert_eq!((metrics.gospa_m, metrics.detected_fraction), (None, None));
+        let metrics = score(&score_config(), [&frame(0), &blind]);
+        assert_eq!((metrics.gospa_missed, metrics.detected_fraction), (Some(2.0), Some(0.2)));
     }
 
     /// Track 0 has target 0 for six time steps, then target 1 for two, and in between none. Target 1 has another track

@@ -74,7 +74,8 @@ pub(crate) struct PathModel {
     parts: usize,
     period_s: f64,
     speed_lag_s: f64,
-    /// Heading change over a time step per unit of the difference between turn rate and command at its start, s.
+    /// Heading change over a time step per unit of the difference between turn rate and command at its start, s. With
+    /// turn rates of up to pi divided by it, the path in wind is unique.
     lagged_s: f64,
     is_exact: bool,
 }
@@ -110,14 +111,14 @@ impl PathModel {
     }
 
     /// State of (1) at the start of a time step in which a command is held. In wind, its turn rate is the one that leads
-    /// from one heading to the other, by less than half a circle.
+    /// from one heading to the other; of those, which differ by full circles, the smallest.
     fn start(&self, from: &Recorded, to: &Recorded, command: Command) -> UavState {
         if from.wind.is_none() {
             return from.state;
         }
-        let turned_rad = (to.state.heading - from.state.heading).rad();
-        let more_rad = turned_rad - command.turn_rate_rad_s * self.period_s;
-        UavState { turn_rate_rad_s: command.turn_rate_rad_s + more_rad / self.lagged_s, ..from.state }
+        let commanded_rad = command.turn_rate_rad_s * (self.period_s - self.lagged_s);
+        let turned_rad = (to.state.heading - from.state.heading - Angle::from_rad(commanded_rad)).rad();
+        UavState { turn_rate_rad_s: turned_rad / self.lagged_s, ..from.state }
     }
 
     /// Path from one recorded state to another. It is straight after an Euler step (4), and between states that are not
@@ -425,7 +426,7 @@ mod tests {
         values.map(|(key, value)| format!("uavs.{key}={value}")).to_vec()
     }
 
-    /// Winds of 5 to 15 m/s from three directions, with and without gusts, periods of 0.5 to 2 s, lags above and below
+    /// Winds of 5 to 15 m/s from three directions, with and without gusts, periods of 0.5 to 7 s, lags above and below
     /// them, and speeds of up to 95 m/s.
     #[test]
     fn in_wind_a_path_is_within_a_centimetre_of_the_simulated_flight() {
@@ -448,6 +449,7 @@ mod tests {
                     (0.5, "{speed_m_s=5,from_deg=0}"),
                     (1.0, "{speed_m_s=10,from_deg=130,gust_w20_m_s=10}"),
                     (2.0, "{speed_m_s=15,from_deg=250}"),
+                    (7.0, "{speed_m_s=15,from_deg=250}"),
                 ] {
                     let flight =
                         InWind { airframe: &airframe, wind: &[format!("wind={wind}")], period_s, commands: &commands };

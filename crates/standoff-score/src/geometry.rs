@@ -79,7 +79,8 @@ pub fn group_of<'a>(frame: &'a Frame, uav: &UavRow) -> Option<&'a GroupRow> {
 }
 
 /// Identifies a phase difference: the number of UAVs on the orbit, the UAV, and the other UAV of a pair. With more than
-/// two UAVs, the difference is to the next UAV anticlockwise, and the last field is `None`.
+/// two UAVs, the difference is to the next UAV anticlockwise, and the last field is `None`. With more than three, a UAV
+/// also counts as the one opposite it.
 pub type PhasePair = (usize, u32, Option<u32>);
 
 /// Returns the phase differences of each group in a frame, rad. A group with an unknown phase has none, because its
@@ -92,23 +93,36 @@ pub fn phase_differences(frame: &Frame) -> Vec<(u32, PhasePair, f64)> {
         let uavs = frame.uavs.iter().filter(|row| row.group == Some(group));
         let phase = |row: &UavRow| Some(Angle::from_rad(row.phase_rad.filter(|rad| rad.is_finite())?));
         let phases = uavs.map(|row| Some((row.uav, phase(row)?)));
-        let Some(mut phases) = phases.collect::<Option<Vec<_>>>() else { continue };
+        let Some(phases) = phases.collect::<Option<Vec<_>>>() else { continue };
         if let [(a, first), (b, second)] = phases[..] {
             found.push((group, (2, a, Some(b)), (first - second).abs_rad()));
         } else if phases.len() > 2 {
-            phases.sort_by(|a, b| a.1.rad().total_cmp(&b.1.rad()).then(a.0.cmp(&b.0)));
-            let next = phases.iter().skip(1).map(|next| next.1.rad());
-            let gaps = phases.iter().zip(next.chain([phases[0].1.rad() + TAU]));
-            found.extend(gaps.map(|(&(uav, phase), next)| (group, (phases.len(), uav, None), next - phase.rad())));
+            let count = phases.len();
+            found.extend(phase_gaps_rad(phases).into_iter().map(|(uav, gap_rad)| (group, (count, uav, None), gap_rad)));
         }
     }
     found
 }
 
-/// Desired phase difference of `count` UAVs, rad: `pair_rad` for two UAVs, a full turn divided by `count` for more.
+/// Full turn of `count` UAVs, rad: of more than three, only the doubled phases matter.
+fn full_turn_rad(count: usize) -> f64 {
+    if count > 3 { 0.5 * TAU } else { TAU }
+}
+
+/// Phase differences of three or more UAVs, each to the next one anticlockwise, rad, by ascending phase.
+pub(crate) fn phase_gaps_rad(mut phases: Vec<(u32, Angle)>) -> Vec<(u32, f64)> {
+    let full_turn_rad = full_turn_rad(phases.len());
+    let wrapped_rad = |phase: Angle| phase.rad().rem_euclid(full_turn_rad);
+    phases.sort_by(|a, b| wrapped_rad(a.1).total_cmp(&wrapped_rad(b.1)).then(a.0.cmp(&b.0)));
+    let next_rad = phases.iter().skip(1).map(|next| wrapped_rad(next.1));
+    let next_rad = next_rad.chain(phases.first().map(|first| wrapped_rad(first.1) + full_turn_rad));
+    phases.iter().zip(next_rad).map(|(&(uav, phase), next_rad)| (uav, next_rad - wrapped_rad(phase))).collect()
+}
+
+/// Desired phase difference of `count` UAVs, rad: `pair_rad` for two UAVs, even spacing for more.
 #[must_use]
 pub fn desired_pair_phase_rad(count: usize, pair_rad: f64) -> f64 {
-    if count == 2 { pair_rad } else { TAU / count as f64 }
+    if count == 2 { pair_rad } else { full_turn_rad(count) / count as f64 }
 }
 
 /// Largest off-boresight angles of two UAVs, computed as a batch (SIMD).
@@ -437,6 +451,15 @@ mod tests {
         frame.uavs.iter_mut().for_each(|row| row.phase_rad = Some(f64::from(row.uav) * 3.0));
         let gaps = phase_differences(&frame);
         assert!(gaps.len() == 3 && (gaps.iter().map(|gap| gap.2).sum::<f64>() - TAU).abs() < 1e-9);
+        // Four UAVs whose doubled phases are evenly spaced, the second on the opposite side.
+        let mut four = frame.clone();
+        four.uavs.push(UavRow { uav: 3, ..frame.uavs[0] });
+        for (row, phase_deg) in four.uavs.iter_mut().zip([-170.0f64, 55.0, -80.0, -35.0]) {
+            row.phase_rad = Some(phase_deg.to_radians());
+        }
+        let gaps = phase_differences(&four);
+        let desired_rad = desired_pair_phase_rad(4, 0.0);
+        assert!(gaps.len() == 4 && gaps.iter().all(|gap| (gap.2 - desired_rad).abs() < 1e-9), "{gaps:?}");
         frame.uavs[2].phase_rad = None;
         assert!(phase_differences(&frame).is_empty());
     }

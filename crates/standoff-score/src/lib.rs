@@ -34,6 +34,7 @@ mod renamed;
 #[path = "../../standoff-record/tests/common/mod.rs"]
 mod row_fixtures;
 mod separation;
+mod transit;
 mod true_orbits;
 
 use standoff::research::{ByGroup, OrbitMotion, math};
@@ -55,6 +56,7 @@ use per_agent::{Grouped, PerAgentScores, Scores};
 use per_target::{Sums, Tallies};
 use prediction_error::PredictionErrors;
 use separation::{SeparationRules, Separations};
+use transit::Transit;
 use true_orbits::TrueOrbits;
 
 pub use buildings::{BUILDING_HEIGHT_MAX_M, BUILDING_VERTICES_MAX, BUILDINGS_MAX, Building, Buildings};
@@ -98,6 +100,8 @@ impl Needed {
                 "standoff_distance_m",
                 "standoff_error_m",
                 "standoff_error_own_estimate_m",
+                "standoff_error_on_orbit_m",
+                "transit_fraction",
                 "standoff_error_m_settled",
                 "standoff_error_own_estimate_m_settled",
                 "standoff_error_unfiltered_m_settled",
@@ -199,6 +203,7 @@ struct SoFar {
     distance: Mean,
     standoff: Mean,
     tracking: Mean,
+    transit: Transit,
     standoff_settled: Mean,
     unfiltered_settled: Mean,
     tracking_settled: Mean,
@@ -281,7 +286,7 @@ impl Scorer {
             self.lines_of_sight(frame, &matching);
         }
         if needed.limits {
-            for uav in &frame.uavs {
+            for uav in frame.uavs.iter().filter(|uav| uav.boresight_rad.is_some()) {
                 let group = group_of(frame, uav);
                 self.so_far.infeasible.add(f64::from(group.is_some_and(|group| !group.feasible)));
                 let saturated = f64::from(uav.turn_rate_limited);
@@ -358,6 +363,8 @@ impl Scorer {
             standoff_distance_m: self.so_far.distance.value(),
             standoff_error_m: self.so_far.standoff.value(),
             standoff_error_own_estimate_m: self.so_far.tracking.value(),
+            standoff_error_on_orbit_m: self.so_far.transit.on_orbit_m.value(),
+            transit_fraction: self.so_far.transit.fraction.value(),
             standoff_error_m_settled: self.so_far.standoff_settled.value(),
             standoff_error_unfiltered_m_settled: self.so_far.unfiltered_settled.value(),
             standoff_error_own_estimate_m_settled: self.so_far.tracking_settled.value(),
@@ -416,7 +423,7 @@ impl Scorer {
             velocity_squared_error_m2_s2: velocity.squared_error.value(),
             velocity_crlb_m2_s2: velocity.bound.value(),
         };
-        self.per_agent.average(metrics).only_by(self.config.reported)
+        self.per_agent.average(metrics, self.config.gospa_cutoff_m).only_by(self.config.reported)
     }
 
     /// Returns the scores of every target that has existed, by id. Empty if no selected metric needs them.
@@ -468,10 +475,11 @@ impl Scorer {
         }
 
         let Some(orbit) = self.true_orbits.of(group.group) else { return };
-        for uav in &self.assignments {
+        for (index, uav) in self.uavs.of(group.group).zip(&self.assignments) {
             let off_m = |orbit: &OrbitMotion| off_orbit_m(*uav, orbit.centre, orbit.radius_m).abs();
             let error_m = off_m(&orbit.flown);
             self.so_far.standoff.add(error_m);
+            self.so_far.transit.add(frame.uavs[index].uav, group.group, error_m, orbit.flown.radius_m);
             if settled {
                 self.so_far.standoff_settled.add(error_m);
                 self.so_far.unfiltered_settled.add(off_m(&orbit.unfiltered));
@@ -510,8 +518,8 @@ impl Scores for Scorer {
 }
 
 /// Deviation of the UAVs' phases about a centre from the desired phases, degrees: for a pair, relative to the desired
-/// phase in either direction; for more UAVs, relative to even spacing (mean over the gaps). `None` for fewer than two
-/// UAVs.
+/// phase in either direction; for more UAVs, mean over the gaps, as in [`geometry::phase_differences`]. `None` for fewer
+/// than two UAVs.
 fn phase_error_deg(uavs_rel_centre: &[Displacement], desired_phase_rad: f64) -> Option<f64> {
     match uavs_rel_centre {
         [] | [_] => None,
@@ -521,15 +529,11 @@ fn phase_error_deg(uavs_rel_centre: &[Displacement], desired_phase_rad: f64) -> 
             Some((apart_rad - desired_phase_rad).abs().to_degrees())
         }
         _ => {
-            let mut around: Vec<f64> = uavs_rel_centre.iter().map(|uav| uav.direction().deg()).collect();
-            around.sort_by(f64::total_cmp);
-            let n = around.len();
-            let even_deg = 360.0 / n as f64;
-            let gap_deg = |index: usize| {
-                let wrap_deg = if index + 1 == n { 360.0 } else { 0.0 };
-                around[(index + 1) % n] + wrap_deg - around[index]
-            };
-            Some((0..n).map(|index| (gap_deg(index) - even_deg).abs()).sum::<f64>() / n as f64)
+            let phases = (0..).zip(uavs_rel_centre).map(|(uav, from_centre)| (uav, from_centre.direction()));
+            let gaps = geometry::phase_gaps_rad(phases.collect());
+            let desired_rad = geometry::desired_pair_phase_rad(gaps.len(), desired_phase_rad);
+            let errors_rad = gaps.iter().map(|(_, gap_rad)| (gap_rad - desired_rad).abs());
+            Some((errors_rad.sum::<f64>() / gaps.len() as f64).to_degrees())
         }
     }
 }

@@ -76,7 +76,7 @@ macro_rules! metrics {
         })*
     }) => {
         $(#[$struct_doc])*
-        #[derive(Debug, Clone, Copy, PartialEq)]
+        #[derive(Debug, Clone, Copy, PartialEq, Default)]
         pub struct $name { $($($(#[$doc])* pub $field: Option<$type>,)*)* }
 
         impl $name {
@@ -235,24 +235,28 @@ metrics! {
             standoff_error_m: f64, "standoff error", LARGE, 0.5, BOTH;
             /// |r - r_d| with the agents' own estimate of the centre and of (15), m.
             standoff_error_own_estimate_m: f64, "standoff error (own estimate)", LARGE, 0.5, GROUPS;
+            /// `standoff_error_m` of UAVs that have arrived on the orbit of their group, m.
+            standoff_error_on_orbit_m: f64, "standoff error on the orbit", LARGE, 0.5, BOTH;
+            /// Fraction of the time of UAVs with a group before they arrive on its orbit, 0 to 1.
+            transit_fraction: f64, "UAV time in transit to an orbit", LARGE, 0.01, BOTH;
             /// `standoff_error_m` from `transient_s` on.
-            standoff_error_m_settled: f64, "standoff error, steady state", LARGE, 0.5, BOTH;
+            standoff_error_m_settled: f64, "standoff error, settled", LARGE, 0.5, BOTH;
             /// `standoff_error_own_estimate_m` from `transient_s` on.
-            standoff_error_own_estimate_m_settled: f64, "standoff error (own estimate), steady state", LARGE, 0.5, GROUPS;
+            standoff_error_own_estimate_m_settled: f64, "standoff error (own estimate), settled", LARGE, 0.5, GROUPS;
             /// `standoff_error_m_settled` relative to the unfiltered orbit of the time step, without motion limits.
-            standoff_error_unfiltered_m_settled: f64, "standoff error (unfiltered orbit), steady state", LARGE, 0.5, BOTH;
+            standoff_error_unfiltered_m_settled: f64, "standoff error (unfiltered orbit), settled", LARGE, 0.5, BOTH;
             /// Part of `standoff_error_m_settled` that no guidance law can predict, m.
             orbit_prediction_error_m_settled: f64, "one-step orbit prediction error", NEITHER, 0.2, BOTH;
             /// Part of `standoff_error_own_estimate_m_settled` that no guidance law can predict, m.
             own_orbit_prediction_error_m_settled: f64, "one-step orbit prediction error (own estimate)", NEITHER, 0.2, BOTH;
             /// Deviation from the desired phase, degrees.
             phase_error_deg: f64, "phase error", LARGE, 0.5, BOTH;
-            /// Fraction of UAV time without a feasible orbit, 0 to 1.
+            /// Fraction of the time of UAVs with a pointed sensor without a feasible orbit, 0 to 1.
             infeasible_fraction: f64, "UAV time without a feasible orbit", LARGE, 0.01, GROUPS;
-            /// Fraction of UAV time with the turn rate at its limit, 0 to 1.
+            /// Fraction of the time of UAVs with a pointed sensor with the turn rate at its limit, 0 to 1.
             turn_rate_saturated_fraction: f64, "UAV time with the turn rate at its limit", LARGE, 0.01, NOTHING;
             /// `turn_rate_saturated_fraction` from `transient_s` on.
-            turn_rate_saturated_fraction_settled: f64, "UAV time with the turn rate at its limit, steady state", LARGE, 0.01, NOTHING;
+            turn_rate_saturated_fraction_settled: f64, "UAV time with the turn rate at its limit, settled", LARGE, 0.01, NOTHING;
             /// Fraction of UAV time with a pointed sensor in which the law commands a speed outside the limits, 0 to 1.
             speed_saturated_fraction: f64, "UAV time with the speed at a limit", LARGE, 0.01, NOTHING;
             /// Reversals of the turn direction per UAV and minute.

@@ -4,6 +4,7 @@ use standoff_record::{Frame, TrackRow, TruthRow};
 use std::collections::BTreeMap;
 
 use crate::matching::key;
+use crate::mean::Mean;
 use crate::metrics::Metrics;
 
 /// Scorer of one team state, frame by frame.
@@ -21,6 +22,8 @@ pub(crate) struct PerAgentScores<S> {
     /// Scores of ended running periods, and the number of time steps of each.
     over: Vec<(Metrics, u64)>,
     steps: u64,
+    /// Existing targets at the time steps without a running agent, after one has run.
+    missed_by_all: Mean,
     /// Frame of a single agent; reused buffer.
     frame: Frame,
 }
@@ -36,7 +39,13 @@ struct RunningPeriod<S> {
 
 impl<S> Default for PerAgentScores<S> {
     fn default() -> Self {
-        Self { running: BTreeMap::new(), over: Vec::new(), steps: 0, frame: Frame::default() }
+        Self {
+            running: BTreeMap::new(),
+            over: Vec::new(),
+            steps: 0,
+            missed_by_all: Mean::default(),
+            frame: Frame::default(),
+        }
     }
 }
 
@@ -44,6 +53,9 @@ impl<S: Scores> PerAgentScores<S> {
     /// Adds the next frame; `scorer` makes a scorer without data.
     pub(crate) fn frame(&mut self, frame: &Frame, scorer: impl Fn() -> S) {
         self.steps += 1;
+        if frame.agents.all.is_empty() && !self.running.is_empty() {
+            self.missed_by_all.add(frame.truth.len() as f64);
+        }
         for row in &frame.agents.all {
             let new = || RunningPeriod { scorer: scorer(), steps: 0, last: self.steps };
             let period = self.running.entry(row.agent).or_insert_with(new);
@@ -57,11 +69,25 @@ impl<S: Scores> PerAgentScores<S> {
         }
     }
 
-    /// Replaces the metrics of a shared team state by the means over all agents, weighted by their running time.
-    pub(crate) fn average(&self, metrics: Metrics) -> Metrics {
+    /// Replaces the metrics of a shared team state by the means over all agents, weighted by their running time. While no
+    /// agent runs, all of them miss all targets.
+    pub(crate) fn average(&self, metrics: Metrics, gospa_cutoff_m: f64) -> Metrics {
         let running = self.running.values().map(|period| (period.scorer.metrics(), period.steps));
-        let all: Vec<(Metrics, u64)> = self.over.iter().copied().chain(running).collect();
-        if all.is_empty() { metrics } else { metrics.averaged(&all) }
+        let missed = self.missed_by_all.value().unwrap_or_default();
+        let none = Metrics {
+            gospa_m: Some(gospa_cutoff_m * (0.5 * missed).sqrt()),
+            gospa_localisation_m: Some(0.0),
+            gospa_missed: Some(missed),
+            gospa_false: Some(0.0),
+            ..Metrics::default()
+        };
+        let without = (none, self.missed_by_all.n * self.running.len() as u64);
+        let mut all: Vec<(Metrics, u64)> = self.over.iter().copied().chain(running).collect();
+        if all.is_empty() {
+            return metrics;
+        }
+        all.push(without);
+        metrics.averaged(&all)
     }
 }
 

@@ -8,8 +8,6 @@ use super::Events;
 
 /// Distance below which two UAVs at one altitude get a remark, m. The event `proximity-alert` has a separate limit.
 const CLOSE_M: f64 = 100.0;
-/// Standoff error above which a remark explains it, m; errors on a steady orbit are smaller.
-const UNSETTLED_M: f64 = 20.0;
 /// Range of `anees` that needs no remark.
 const CONSISTENT: std::ops::RangeInclusive<f64> = 0.8..=1.25;
 
@@ -78,6 +76,7 @@ pub(super) fn meaning(metric: &str, value: f64, settings: &Settings) -> Option<S
         }
         "anees" | "anees_nonmanoeuvring" => "squared error relative to the filter's own covariance",
         "position_crlb_ratio" => "relative to the Cramer-Rao bound: no unbiased filter is below 1",
+        "standoff_error_on_orbit_m" => "of UAVs since they arrived on the orbit of their group",
         "standoff_error_own_estimate_m" => "relative to the orbit that the UAVs estimate, which may itself be wrong",
         "orbit_prediction_error_m_settled" => "part of the standoff error that no guidance law can avoid",
         "phase_error_deg" => "deviation from the desired phase difference between UAVs on one orbit",
@@ -116,11 +115,6 @@ pub(super) fn remarks(metrics: &SelectedMetrics, events: &Events, settings: &Set
         let remedy = "--set orbit.margin=standard-deviations";
         let what = format!("r_d jumps because margin (16) is not a length (an erratum); use {remedy}");
         remarks.push(("standoff_error_m", what));
-    }
-    let changes = events.count("removed") + events.count("handoff-completed");
-    if changes > 0 && get("standoff_error_m_settled").is_some_and(|error_m| error_m > UNSETTLED_M) {
-        let what = format!("includes transitions to another orbit after handoffs and removals ({changes} here)");
-        remarks.push(("standoff_error_m_settled", what));
     }
     let half_deg = 0.5 * settings.team.track.sensor.field_of_view_rad.to_degrees();
     if get("off_boresight_max_deg").is_some_and(|worst_deg| worst_deg > half_deg) {

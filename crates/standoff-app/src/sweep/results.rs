@@ -23,7 +23,7 @@ use crate::error::{Failure, of_batch};
 pub const SWEEP_TABLE: &str = "sweep.parquet";
 
 /// Metrics that are printed if the user selects none; the table contains all.
-const PRINTED: [&str; 3] = ["custody_fraction", "position_error_m", "standoff_error_m_settled"];
+const PRINTED: [&str; 3] = ["custody_fraction", "position_error_m", "standoff_error_on_orbit_m"];
 
 /// Statistics of every point of a sweep.
 #[derive(Debug, Clone)]
