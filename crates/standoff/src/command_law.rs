@@ -8,7 +8,7 @@ use crate::frame::{Displacement, Position, Velocity};
 use crate::group_id::GroupId;
 use crate::guidance::followed::Followed;
 use crate::guidance::heading::{DesiredPath, Orbit, OrbitRelativeState, Steering};
-use crate::guidance::phase_control::{is_in_transit, phase_control_speed_m_s, phase_error_rad};
+use crate::guidance::phase_control::{is_in_transit, phase_control_speed_m_s, phase_error_rad, phase_gap_min_rad};
 use crate::guidance::phase_control_in_wind::phase_control_in_wind;
 use crate::guidance::sensor_pointing::{angular_midpoint, angular_midpoint_of_most};
 use crate::guidance::standoff_distance::Ramp;
@@ -299,7 +299,10 @@ impl CommandLaw<'_> {
         let orbit = &on_orbit.orbit;
         let is_away = |teammate: &OrbitRelativeState| is_in_transit(teammate.centre_distance_m(), orbit.distance_m);
         let spacing = |others: &mut dyn Iterator<Item = (UavId, Angle)>| {
-            phase_error_rad((id, on_orbit.phase), others, guidance.desired_phase_rad, guidance.orbit_direction)
+            let separation_min_m = self.params.separation.map_or(0.0, |separation| separation.horizontal_min_m);
+            let gap_min_rad = phase_gap_min_rad(separation_min_m, orbit.distance_m);
+            let (desired_rad, sense) = (guidance.desired_phase_rad, guidance.orbit_direction);
+            phase_error_rad((id, on_orbit.phase), others, desired_rad, gap_min_rad, sense)
         };
         let error_rad = match self.params.link {
             _ if is_away(on_orbit) => 0.0,

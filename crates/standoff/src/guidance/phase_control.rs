@@ -4,13 +4,25 @@
 //! u_v = +-k_v (gamma - theta_d) r_d + v_d        gamma = theta_2 - theta_1                Eq. (35)
 //! ```
 //!
-//! gamma wraps. The UAV behind speeds up. A pair keeps the nearer of the phase differences +theta_d and -theta_d. More
-//! than two UAVs on an orbit are spaced evenly: each stays half-way between its neighbours.
+//! gamma wraps. The UAV behind speeds up. A pair keeps the nearer of the phase differences +theta_d and -theta_d. Three
+//! UAVs on an orbit are spaced evenly: each stays half-way between its neighbours. The information of a bearing, and a
+//! street's view of the sky, are the same from the opposite side: only doubled phases matter (Zhao, Chen and Lee 2013).
+//! Four and more UAVs therefore space their doubled phases evenly, and none is opposite another one.
 
 use crate::angle::Angle;
-use crate::math::{PI, TAU};
+use crate::math::{self, PI, TAU};
 use crate::params::OrbitDirection;
 use crate::uav::UavId;
+
+/// Distance between two UAVs on an orbit beyond the minimum separation, m: collision avoidance does not interfere.
+const NEIGHBOUR_MARGIN_M: f64 = 20.0;
+
+/// Smallest phase difference between two neighbours on an orbit, rad. On a small orbit with many UAVs, it takes
+/// precedence over the even spacing of doubled phases.
+pub(crate) fn phase_gap_min_rad(separation_min_m: f64, orbit_radius_m: f64) -> f64 {
+    let sin = ((separation_min_m + NEIGHBOUR_MARGIN_M) / (2.0 * orbit_radius_m)).min(1.0);
+    2.0 * math::atan2(sin, (1.0 - sin * sin).sqrt())
+}
 
 /// Phase error of a UAV on its orbit, rad. Positive if the UAV lags behind its desired phase and must speed up. Zero if
 /// it is the only UAV on the orbit.
@@ -21,20 +33,52 @@ pub(crate) fn phase_error_rad(
     own: (UavId, Angle),
     others: impl Iterator<Item = (UavId, Angle)>,
     desired_phase_rad: f64,
+    gap_min_rad: f64,
     sense: OrbitDirection,
 ) -> f64 {
-    let (mut ahead, mut behind, mut n_others) = (TAU, TAU, 0);
-    for (id, phase) in others {
-        let gap = gap_ahead_rad(own, (id, phase), sense);
-        ahead = ahead.min(gap);
-        behind = behind.min(TAU - gap);
+    let doubled = |(id, phase): (UavId, Angle)| (id, phase + phase);
+    let (mut gaps, mut doubled_gaps, mut n_others) = (Gaps::default(), Gaps::default(), 0);
+    for other in others {
+        gaps.add(gap_ahead_rad(own, other, sense));
+        doubled_gaps.add(gap_ahead_rad(doubled(own), doubled(other), sense));
         n_others += 1;
     }
     match n_others {
         0 => 0.0,
-        1 if ahead <= behind => ahead - desired_phase_rad,
-        1 => desired_phase_rad - behind,
-        _ => 0.5 * (ahead - behind),
+        1 if gaps.ahead_rad <= gaps.behind_rad => gaps.ahead_rad - desired_phase_rad,
+        1 => desired_phase_rad - gaps.behind_rad,
+        2 => gaps.to_middle_rad(),
+        _ => gaps.limit_rad(0.5 * doubled_gaps.to_middle_rad(), gap_min_rad),
+    }
+}
+
+/// Phase differences to the nearest UAVs ahead and behind, rad.
+struct Gaps {
+    ahead_rad: f64,
+    behind_rad: f64,
+}
+
+impl Default for Gaps {
+    fn default() -> Self {
+        Self { ahead_rad: TAU, behind_rad: TAU }
+    }
+}
+
+impl Gaps {
+    fn add(&mut self, ahead_rad: f64) {
+        self.ahead_rad = self.ahead_rad.min(ahead_rad);
+        self.behind_rad = self.behind_rad.min(TAU - ahead_rad);
+    }
+
+    /// Phase error of a UAV that has to stay half-way between its neighbours.
+    fn to_middle_rad(&self) -> f64 {
+        0.5 * (self.ahead_rad - self.behind_rad)
+    }
+
+    /// Limits a phase error so that both neighbours stay apart; between close neighbours, the UAV stays half-way.
+    fn limit_rad(&self, error_rad: f64, gap_min_rad: f64) -> f64 {
+        let [low, high] = [gap_min_rad - self.behind_rad, self.ahead_rad - gap_min_rad];
+        if low <= high { error_rad.clamp(low, high) } else { self.to_middle_rad() }
     }
 }
 
@@ -83,6 +127,7 @@ mod tests {
     use super::*;
 
     const RIGHT_ANGLE: f64 = 0.5 * PI;
+    const GAP_MIN_RAD: f64 = 15.0 * PI / 180.0;
 
     fn errors_deg(phases_deg: &[f64], sense: OrbitDirection) -> Vec<f64> {
         let all: Vec<_> =
@@ -90,7 +135,7 @@ mod tests {
         all.iter()
             .map(|own| {
                 let others = all.iter().copied().filter(|other| other.0 != own.0);
-                phase_error_rad(*own, others, RIGHT_ANGLE, sense).to_degrees()
+                phase_error_rad(*own, others, RIGHT_ANGLE, GAP_MIN_RAD, sense).to_degrees()
             })
             .collect()
     }
@@ -130,6 +175,33 @@ mod tests {
         check(&[0.0, 120.0, -120.0], OrbitDirection::Anticlockwise, &[0.0, 0.0, 0.0]);
         check(&[0.0, 90.0, 180.0], OrbitDirection::Anticlockwise, &[-45.0, 0.0, 45.0]);
         check(&[10.0, 10.0, 10.0], OrbitDirection::Anticlockwise, &[-180.0, 0.0, 180.0]);
+    }
+
+    /// Doubled phases of four UAVs are 90 degrees apart, whichever of them are on the opposite side.
+    #[test]
+    fn four_uavs_space_their_doubled_phases_evenly() {
+        let sense = OrbitDirection::Anticlockwise;
+        check(&[0.0, 45.0, 90.0, 135.0], sense, &[0.0; 4]);
+        check(&[0.0, -135.0, 90.0, -45.0], sense, &[0.0; 4]);
+        // The opposite of the second is 50 degrees ahead of the first and 40 behind the third.
+        check(&[0.0, -130.0, 90.0, -45.0], sense, &[2.5, -5.0, 2.5, 0.0]);
+        // Doubled phases of opposite UAVs are equal, so that the ids decide.
+        check(&[0.0, 90.0, 180.0, -90.0], sense, &[-45.0, -45.0, 45.0, 45.0]);
+    }
+
+    /// Sixteen UAVs whose doubled phases are even would be 11.25 degrees apart on one half of the orbit.
+    #[test]
+    fn neighbours_keep_their_minimum_phase_difference() {
+        let sense = OrbitDirection::Anticlockwise;
+        let crowded: Vec<f64> = (0..16).map(|index| 11.25 * f64::from(index)).collect();
+        let errors_deg = errors_deg(&crowded, sense);
+        assert!((errors_deg[0] + 3.75).abs() < 1e-9 && (errors_deg[15] - 3.75).abs() < 1e-9, "{errors_deg:?}");
+        // Between two that are too close, the UAV stays half-way.
+        check(&[0.0, 8.0, 20.0, 100.0], sense, &[-36.0, 2.0, 34.0]);
+        assert!(
+            (phase_gap_min_rad(50.0, 250.0) - 2.0 * math::atan2(0.14, (1.0 - 0.14 * 0.14f64).sqrt())).abs() < 1e-12
+        );
+        assert!((phase_gap_min_rad(50.0, 30.0) - PI).abs() < 1e-12);
     }
 
     #[test]
