@@ -3,13 +3,13 @@
 use std::borrow::Cow;
 use std::io::Read;
 
-use quick_xml::escape::resolve_predefined_entity;
+use quick_xml::escape::{EscapeError, resolve_predefined_entity};
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::{Error, Reader, XmlVersion};
 
 use super::limits::MAX_DEPTH;
 use super::{Fault, Lines, Position, input_fault};
-use crate::display_text;
+use crate::display_text::{self, quoted};
 
 /// Receiver of the elements of a file.
 pub trait Elements {
@@ -59,7 +59,7 @@ pub fn walk(lines: Lines<impl Read>, elements: &mut impl Elements) -> Result<(),
             Event::Text(text) => elements.text(&text),
             Event::GeneralRef(reference) => match reference.resolve_char_ref() {
                 Ok(Some(character)) => elements.text(character.encode_utf8(&mut [0; 4])),
-                _ => elements.text(resolve_predefined_entity(&reference).unwrap_or("\u{fffd}")),
+                _ => elements.text(resolve_predefined_entity(&reference).ok_or_else(|| unknown(start, &reference))?),
             },
             Event::CData(text) => elements.text(&text),
             Event::Comment(comment) => elements.comment(&comment),
@@ -105,10 +105,23 @@ pub fn attributes<'a, const N: usize>(
         // The key is a slice of the element's text after its `<`.
         let before = key.as_ptr().addr().saturating_sub(element.as_ptr().addr());
         let position = start.after(b"<").after(element.as_bytes().get(..before).unwrap_or_default());
-        let text = attribute.normalized_value(XmlVersion::Implicit1_0).map_err(|error| not_xml(position, &error))?;
+        let text = attribute.normalized_value(XmlVersion::Implicit1_0).map_err(|error| match error {
+            Error::Escape(EscapeError::UnrecognizedEntity(_, entity)) => unknown(position, &entity),
+            error => not_xml(position, &error),
+        })?;
         *slot = Some(Found { text, position });
     }
     Ok(all)
+}
+
+/// Creates the error of an entity that a file may declare, or that does not exist.
+fn unknown(start: Position, entity: &str) -> Fault {
+    let entity = quoted(&format!("&{entity};"));
+    let message = format!(
+        "entity = {entity} is not read; only &amp; &lt; &gt; &apos; &quot; and numbers of characters are, such as &#233; \
+         for \u{e9}; replace it by its text"
+    );
+    Fault::at(start, message)
 }
 
 /// Creates the error of text that is not XML.
