@@ -102,7 +102,7 @@ fn somewhere(choices: &mut Choices<'_>) -> Place {
 fn try_one(bytes: &[u8], place: &Place) -> bool {
     let made = || {
         let read = text_source::text(bytes, &MAP)
-            .and_then(|text| parse(text, Count::default()))
+            .and_then(|text| parse(text, Count::default(), false))
             .map_err(named("file\u{1b}"))?;
         let placed = projection::all(vec![("file\u{1b}".to_owned(), read)], place)?;
         Ok::<_, MapError>(simplify::fit(placed, true))
@@ -149,7 +149,7 @@ fn any_geojson_is_read_or_refused() {
 fn any_packed_map_is_read_or_refused() {
     let place = Place { origin: None, bounds: Bounds([0.0, 0.0, 100.0, 100.0]) };
     let unpacked = |bytes: &[u8]| {
-        let read = text_source::text(bytes, &MAP).and_then(|text| parse(text, Count::default())).unwrap();
+        let read = text_source::text(bytes, &MAP).and_then(|text| parse(text, Count::default(), false)).unwrap();
         let placed = projection::all(vec![(String::new(), read)], &place).unwrap();
         let gz = simplify::fit(placed, true).unwrap().gz;
         let mut json = Vec::new();

@@ -10,12 +10,14 @@ use standoff_io::net_projection::FURTHEST_M;
 use standoff_io::text_source::{Fault, Position, Text, input_fault};
 
 use crate::feature_class::{TAGS, of_tags};
-use crate::geometry::{Count, Form, Point, Shapes};
+use crate::geometry::{Bounds, Count, Form, Point, Shape, Shapes};
 use crate::limits::MAX_POINTS;
 use crate::projection::Read;
 
 /// Maximum plausible width of a line, m.
 const WIDTH_MAX_M: f64 = 100.0;
+/// Size below which a line or an area is too small for a map, m.
+const SPECK_M: f64 = 1.0;
 /// Width of a lane, m.
 const LANE_M: f64 = 3.2;
 /// Maximum length of a stored property value, bytes; all known values are shorter.
@@ -27,7 +29,8 @@ const GEOMETRIES: [&str; 7] =
 const WGS84: [&str; 5] =
     ["urn:ogc:def:crs:OGC:1.3:CRS84", "urn:ogc:def:crs:OGC::CRS84", "CRS84", "EPSG:4326", "urn:ogc:def:crs:EPSG::4326"];
 
-pub(crate) fn read(text: Text<'_>, before: Count) -> Result<Read, Fault> {
+/// Reads a map of a run in degrees or in metres.
+pub(crate) fn read(text: Text<'_>, before: Count, in_degrees: bool) -> Result<Read, Fault> {
     let begin = text.position();
     let mut found = Found::after(before);
     let mut json = serde_json::Deserializer::from_reader(BufReader::new(text.in_one_piece()));
@@ -39,10 +42,24 @@ pub(crate) fn read(text: Text<'_>, before: Count) -> Result<Read, Fault> {
         return Err(Fault::whole(message.to_owned()));
     }
     let mut shapes = found.shapes;
-    if found.can_be_degrees {
+    if let Some([x, y]) = found.no_degrees.filter(|_| are_specks(&shapes)) {
+        let message = format!(
+            "[{x}, {y}] cannot be degrees (-360 to 360, -90 to 90), but the other coordinates are not metres: half of the \
+             lines and areas would be smaller than {SPECK_M} m; correct this position"
+        );
+        return Err(Fault::whole(message));
+    }
+    if found.no_degrees.is_none() && (!found.is_beyond_180 || in_degrees || are_specks(&shapes)) {
         shapes.in_degrees = std::mem::take(&mut shapes.all);
     }
     Ok(Read { shapes, location: None, is_net: false, is_of_openstreetmap: found.is_of_openstreetmap })
+}
+
+/// Returns whether at least half of the shapes are too small for a map in metres: they are in degrees.
+fn are_specks(shapes: &Shapes) -> bool {
+    let bounds = |shape: &&Shape| Bounds::of(shape.form.points().copied());
+    let is_speck = |shape: &&Shape| bounds(shape).is_some_and(|bounds| bounds.is_smaller_than(SPECK_M));
+    2 * shapes.all.iter().filter(is_speck).count() >= shapes.all.len()
 }
 
 /// Converts an error; `begin` is the position where the JSON starts.
@@ -71,7 +88,10 @@ struct Found {
     read: Count,
     /// Number of lists of positions, and of lists of such lists.
     lists: usize,
-    can_be_degrees: bool,
+    /// First position that cannot be degrees, even if longitudes continue beyond 180.
+    no_degrees: Option<Point>,
+    /// True if a longitude is beyond 180 degrees, or the file is in metres.
+    is_beyond_180: bool,
     is_of_openstreetmap: bool,
 }
 
@@ -271,7 +291,8 @@ impl<'de> Visitor<'de> for Objects<'_> {
 impl Found {
     fn after(before: Count) -> Self {
         let shapes = Shapes::after(before);
-        Self { shapes, read: before, lists: 0, can_be_degrees: true, is_of_openstreetmap: false }
+        let (no_degrees, is_beyond_180, is_of_openstreetmap) = (None, false, false);
+        Self { shapes, read: before, lists: 0, no_degrees, is_beyond_180, is_of_openstreetmap }
     }
 
     /// Counts one more list of positions, or of lists.
@@ -351,7 +372,11 @@ impl<'de> Visitor<'de> for Coordinates<'_> {
             1 => Err(A::Error::custom("a position with one number; must be longitude and latitude")),
             _ => {
                 found.read = found.read.with(0, 1).map_err(A::Error::custom)?;
-                found.can_be_degrees &= numbers[0].abs() <= 180.0 && numbers[1].abs() <= 90.0;
+                let [longitude, latitude] = numbers.map(f64::abs);
+                found.is_beyond_180 |= longitude > 180.0;
+                if longitude > 360.0 || latitude > 90.0 {
+                    found.no_degrees.get_or_insert(numbers);
+                }
                 Ok(Part::Nest(Nest::Position(numbers)))
             }
         }

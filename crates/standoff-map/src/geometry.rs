@@ -122,6 +122,11 @@ impl Bounds {
         Self([west - by_m, south - by_m, east + by_m, north + by_m])
     }
 
+    pub(crate) fn is_smaller_than(self, size_m: f64) -> bool {
+        let [west, south, east, north] = self.0;
+        east - west < size_m && north - south < size_m
+    }
+
     pub(crate) fn touches(self, other: Self) -> bool {
         let ([w, s, e, n], [west, south, east, north]) = (self.0, other.0);
         w <= east && west <= e && s <= north && south <= n

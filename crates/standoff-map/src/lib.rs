@@ -4,9 +4,9 @@
 //!
 //! - **SUMO** nets (`.net.xml`): an edge becomes a line as wide as its lanes, a junction an area; and SUMO polygons
 //!   (`<poly>`). `<location>` defines their frame: `projParameter` and `netOffset`.
-//! - **GeoJSON**: lines and polygons in degrees (WGS84), according to the standard. Coordinates that cannot be degrees
-//!   are interpreted as metres in the plane of the run. The properties define the feature class, as in OpenStreetMap
-//!   (`highway`, `building`, `natural`, ...).
+//! - **GeoJSON**: lines and polygons in degrees (WGS84), according to the standard; longitudes may continue beyond 180.
+//!   Coordinates that cannot be degrees are interpreted as metres in the plane of the run. The properties define the
+//!   feature class, as in OpenStreetMap (`highway`, `building`, `natural`, ...).
 //!
 //! Maps never affect the simulation. A malicious or too large file, one that is not a map, and one in an unknown frame
 //! are refused with an error message: [`MapError`].
@@ -50,7 +50,7 @@ pub fn pack(files: &[MapFile], place: &Place) -> Result<Packed, MapError> {
             MapFile::BuiltIn(name, bytes) => ((*name).to_owned(), text_source::text(*bytes, &MAP)),
             MapFile::OnDisk(path) => (path.display().to_string(), text_source::open(path, &MAP)),
         };
-        let found = text.and_then(|text| parse(text, count)).map_err(named(&name))?;
+        let found = text.and_then(|text| parse(text, count, place.origin.is_some())).map_err(named(&name))?;
         count = found.shapes.count;
         read.push((name, found));
     }
@@ -67,11 +67,11 @@ fn all_names(files: &[MapFile]) -> String {
     files.iter().map(name).collect::<Vec<_>>().join(", ")
 }
 
-/// Parses a file; `before` counts the contents of the previous files.
-fn parse(mut text: Text<'_>, before: Count) -> Result<Read, Fault> {
+/// Parses a file of a run in degrees or in metres; `before` counts the contents of the previous files.
+fn parse(mut text: Text<'_>, before: Count, in_degrees: bool) -> Result<Read, Fault> {
     match text.first_byte()? {
         Some(b'<') => sumo::read(text, before),
-        Some(b'{') => geojson::read(text, before),
+        Some(b'{') => geojson::read(text, before, in_degrees),
         Some(_) => {
             let message = format!("is not a map: must be {}, and start with < or {{", MAP.formats);
             Err(Fault::at(text.position(), message))

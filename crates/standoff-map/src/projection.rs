@@ -12,6 +12,9 @@ use standoff_io::text_source::Fault;
 use crate::error::{MapError, named};
 use crate::geometry::{Bounds, Form, Point, Shape, Shapes};
 
+/// Size below which a line or an area is not drawn, m: the resolution of a packed map.
+const SEEN_M: f64 = 0.1;
+
 /// Plane and bounds of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Place {
@@ -41,7 +44,7 @@ pub(crate) struct Placed {
 }
 
 /// Transforms all shapes to the plane of a run and drops those that are too far from it. Fails if a frame cannot be
-/// transformed, or if no shape of a file is near the run.
+/// transformed, or if no shape of a file is near the run or large enough to be drawn.
 pub(crate) fn all(files: Vec<(String, Read)>, place: &Place) -> Result<Placed, MapError> {
     let nets = files.iter().filter(|(_, file)| file.is_net);
     let located = nets.chain(&files).find_map(|(name, file)| Some((name.clone(), location_of_run(file, place)?)));
@@ -52,13 +55,14 @@ pub(crate) fn all(files: Vec<(String, Read)>, place: &Place) -> Result<Placed, M
         let Read { shapes: Shapes { all: shapes, in_degrees, .. }, location, .. } = file;
         placed.of += shapes.len() + in_degrees.len();
         let before = placed.shapes.len();
-        let mut spans: Option<Bounds> = None;
+        let (mut spans, mut is_seen): (Option<Bounds>, bool) = (None, false);
         let mut take = |shapes: Vec<Shape>, to: &dyn Fn(Point) -> Option<Point>| {
             for Shape { kind, form, name } in shapes {
                 let Some(form) = moved(form, to) else { continue };
                 let Some(bounds) = Bounds::of(form.points().copied()) else { continue };
                 spans = Bounds::of(spans.iter().flat_map(|spans| spans.corners()).chain(bounds.corners()));
                 if bounds.touches(near) {
+                    is_seen |= !bounds.is_smaller_than(SEEN_M);
                     placed.shapes.push(Shape { kind, form, name });
                 }
             }
@@ -80,6 +84,13 @@ pub(crate) fn all(files: Vec<(String, Read)>, place: &Place) -> Result<Placed, M
                 "no part of it is within {:.0} km of the run, which is at x = {west:.0} to {east:.0} m, y = {south:.0} to \
                  {north:.0} m{spans}; is it a map of another place, or in another frame?",
                 NEAR_M / 1e3
+            );
+            return Err(named(Fault::whole(message)));
+        }
+        if !is_seen {
+            let message = format!(
+                "nothing of it is left, because all its lines and areas near the run are smaller than {SEEN_M} m; are its \
+                 coordinates in another unit or frame?"
             );
             return Err(named(Fault::whole(message)));
         }
@@ -136,7 +147,7 @@ fn of_frame(own: Option<&Location>, located: Option<&(String, Location)>, place:
 /// Returns the transformation from degrees.
 fn of_degrees(located: Option<&(String, Location)>, place: &Place) -> Result<To, Fault> {
     if let Some(plane) = plane(place)? {
-        return Ok(Box::new(move |point| onto(plane, point)));
+        return Ok(Box::new(move |point| onto(plane, wrapped(point))));
     }
     let Some((name, first)) = located.filter(|(_, first)| has_projection(first)) else {
         let what = "its coordinates are in degrees, but the run is in metres and its location on the Earth is unknown";
@@ -145,7 +156,13 @@ fn of_degrees(located: Option<&(String, Location)>, place: &Place) -> Result<To,
         return Err(Fault::whole(format!("{what}; {advice}")));
     };
     let first = Projected::of(first).map_err(|fault| Fault::whole(format!("with {}: {fault}", printable(name))))?;
-    Ok(Box::new(move |point| first.metres(point)))
+    Ok(Box::new(move |point| first.metres(wrapped(point))))
+}
+
+/// Wraps a longitude to -180 to 180 degrees. Map editors continue beyond that at the antimeridian.
+fn wrapped([lon_deg, lat_deg]: Point) -> Point {
+    let turn_deg = if lon_deg.abs() > 180.0 { 360.0_f64.copysign(lon_deg) } else { 0.0 };
+    [lon_deg - turn_deg, lat_deg]
 }
 
 fn moved(form: Form, to: &dyn Fn(Point) -> Option<Point>) -> Option<Form> {

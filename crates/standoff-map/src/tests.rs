@@ -198,6 +198,35 @@ fn coordinates_beyond_degrees_are_metres_in_the_plane() {
     assert_eq!(lines, [(Kind::Other, 1.0, vec![[0.0, 100.0], [200.0, 100.0]])]);
 }
 
+/// A road drawn across the antimeridian, as map editors do, and one in the west.
+#[test]
+fn longitudes_beyond_180_are_wrapped() {
+    let fiji = Place { origin: Some(Origin { latitude_deg: -16.8, longitude_deg: 179.995 }), ..METRES };
+    let roads = |last: &str| {
+        format!(
+            r#"{{"type": "MultiLineString", "coordinates": [[[179.99, -16.8], {last}], [[-179.999, -16.8], [-179.99, -16.8]]]}}"#
+        )
+    };
+    let drawn = |last: &str| unpacked(&packed(&[&roads(last)], &fiji).unwrap()).0;
+    assert_eq!(drawn("[180.01, -16.8]"), drawn("[-179.99, -16.8]"));
+    let ends_m = drawn("[180.01, -16.8]").into_iter().map(|(.., line)| line.last().unwrap()[0]).collect::<Vec<_>>();
+    // A degree of longitude has 106.6 km there.
+    assert!(ends_m.len() == 2 && ends_m.iter().all(|x| (x - 1598.7).abs() < 0.5), "{ends_m:?}");
+    let wrong = refused(&[&roads("[1800.1, -16.8]")], &fiji);
+    assert!(wrong.starts_with("0.map: [1800.1, -16.8] cannot be degrees (-360 to 360, -90 to 90), but"), "{wrong}");
+    let net = NET.replace("+zone=32", "+zone=60").replace("-500000,-4900000", "-819000,1860000");
+    let over_net = Place { bounds: Bounds([0.0, -2000.0, 2000.0, 2000.0]), ..METRES };
+    let line = r#"{"type": "LineString", "coordinates": [[179.999, -16.8], [180.001, -16.8]]}"#;
+    assert_eq!(unpacked(&packed(&[&net, line], &over_net).unwrap()).0.len(), 5, "degrees over a net in metres");
+}
+
+#[test]
+fn a_map_of_which_nothing_is_left_is_refused() {
+    let speck = r#"<additional><poly id="a" shape="1,1 1.01,1" type="road"/></additional>"#;
+    let nothing = refused(&[NET, speck], &METRES);
+    assert!(nothing.starts_with("1.map: nothing of it is left, because all its lines and areas near"), "{nothing}");
+}
+
 #[test]
 fn frames_that_cannot_be_placed_are_refused_with_advice() {
     let degrees = Place { origin: Some(Origin { latitude_deg: 44.25, longitude_deg: 9.0 }), ..METRES };
@@ -305,7 +334,7 @@ fn limits_are_checked_before_data_are_stored() {
         ("{\"geometries\": [{},\n{}".to_owned(), shapes, "2:2", "has more than 1000000 lines and areas"),
     ] {
         let text = text_source::text(text.as_bytes(), &MAP).unwrap();
-        let fault = parse(text, before).unwrap_err();
+        let fault = parse(text, before, false).unwrap_err();
         assert!(fault.message.starts_with(expected), "{fault}");
         assert_eq!(fault.position.unwrap().to_string(), place, "{fault}");
     }
