@@ -75,7 +75,7 @@ pub(super) fn spell_out(typed: &mut Typed, traffic: Option<&Traffic>) -> Result<
         })?;
         let contents = file::read(&bytes, is_metric, &earth).map_err(problem)?;
         let mut zones = zones(zone, contents.zones).map_err(problem)?;
-        typed.notes.extend(contents.note.map(|note| format!("{key} = {}: {note}", quoted(&zone.file))));
+        typed.notes.extend(contents.notes.iter().map(|note| format!("{key} = {}: {note}", quoted(&zone.file))));
         // Parts count from the first zone of the file.
         let index = |of_file: f64| {
             if of_file == 0.0 { place as f64 } else { (typed_count + others.len()) as f64 + of_file - 1.0 }
@@ -742,6 +742,7 @@ mod tests {
             ("200", "0.5", "zone 1: radius = 0.5 m; must be 1 to 1000000"),
             ("[44.4, 11.2]", "[14.4, 11.2]", "[11.2, 14.4] is not near the traffic"),
             ("geoFence", "mission", "has no geoFence"),
+            ("\"circles\":", "\"circles\": 1, \"others\":", "geoFence: circles must be a list"),
         ] {
             let error = of_file("area.plan", &PLAN.replace(from, to), "").unwrap_err();
             assert!(
@@ -770,6 +771,20 @@ mod tests {
                 "placemark \"mast\" is a Point: a zone is",
             ),
             ("<Polygon>", "<LineString/><Polygon>", "placemark \"wood & lake\" is a LineString: a zone is a polygon"),
+            ("<Polygon>", "<Model/><Polygon>", "placemark \"wood & lake\" is a Model: a zone is a polygon"),
+            (
+                "</Document>",
+                "<NetworkLink/></Document>",
+                "element = \"NetworkLink\": linked files are not read; add each",
+            ),
+            ("</Document>", "<Placemark><name>x</name></Placemark></Document>", "placemark \"x\" has no geometry"),
+            (
+                "<Polygon>",
+                "<Polygon><outerBoundaryIs><coordinates>11.3,44.5</coordinates></outerBoundaryIs>",
+                "a polygon \
+              has two outlines",
+            ),
+            ("wood &amp;", "wood &nbsp;", "entity = \"&nbsp;\" is not read; only &amp;"),
             ("kml", "gpx", "1:39: element = \"gpx\"; the root element must be kml"),
             ("</kml>", "", "the file ends inside an element"),
         ] {
@@ -783,6 +798,54 @@ mod tests {
         fs::write(folder.path().join("a.kml"), KML).unwrap();
         let metric = of_toml("[[geofence]]\nfile = \"a.kml\"", folder.path()).unwrap_err();
         assert!(metric.contains("KML is in degrees, but the traffic is in metres and the location"), "{metric}");
+    }
+
+    #[test]
+    fn parts_of_kml_without_zones_are_noted() {
+        let others = "<GroundOverlay/><Placemark><TimeSpan/><Polygon>";
+        let scenario = of_file(
+            "a.kml",
+            &KML.replace("ALT", "0").replace("<Placemark>", others).replace(
+                "<name>wood \
+            &amp; lake</name><Polygon>",
+                "",
+            ),
+            "",
+        );
+        let note = "geofence.0.file = \"a.kml\": ignores GroundOverlay, TimeSpan: only polygons are zones, and they exist all \
+                    the time";
+        assert_eq!(scenario.unwrap().warnings, [note]);
+    }
+
+    #[test]
+    fn parts_of_geojson_without_zones_are_refused_or_noted() {
+        let feature = |properties: &str, z: &str| {
+            format!(
+                "{{\"type\":\"Feature\",\"properties\":{properties},\"geometry\":{{\"type\":\"Polygon\",\"coordinates\":\
+                 [[[11.31,44.51{z}],[11.32,44.51],[11.32,44.52],[11.31,44.51]]]}}}}"
+            )
+        };
+        let warnings = |properties, z| of_file("a.geojson", &feature(properties, z), "").unwrap().warnings;
+        assert_eq!(warnings("{\"name\":\"a\",\"fill\":\"red\",\"altitude_max_m\":100}", ",0"), [""; 0]);
+        let start = "geofence.0.file = \"a.geojson\": ignores the";
+        assert_eq!(
+            warnings("{\"inclusion\":true,\"ceiling_ft\":400,\"floor\":null}", ""),
+            [format!(
+                "{start} properties \"ceiling_ft\", \"inclusion\": the kind of a zone is that of the table, its altitudes are \
+                 altitude_min_m and altitude_max_m"
+            )]
+        );
+        assert_eq!(
+            warnings("null", ",120"),
+            [format!("{start} altitudes of points; give altitude_min_m or altitude_max_m")]
+        );
+        let part = feature("null", "");
+        let whole = format!(
+            "{{\"type\":\"FeatureCollection\",\"features\":[{part},{{\"type\":\"Feature\",\"properties\":{{\"name\":\
+             \"mast\"}},\"geometry\":null}}]}}"
+        );
+        let refused = of_file("a.geojson", &whole, "").unwrap_err();
+        assert!(refused.ends_with("feature \"mast\" has no geometry; draw its polygon, or remove it"), "{refused}");
     }
 
     /// The polygon has its points at 120 m above the ground or the sea, or one of them elsewhere.

@@ -30,14 +30,21 @@ pub(super) fn states_degrees(object: &Value) -> Result<bool, String> {
 pub(super) fn can_be_degrees(object: &Value) -> bool {
     let mut points = Vec::new();
     collect_points(object, &mut points);
-    !points.is_empty() && points.iter().all(|[x, y]| x.abs() <= 180.0 && y.abs() <= 90.0)
+    !points.is_empty() && points.iter().all(|[x, y, _]| x.abs() <= 180.0 && y.abs() <= 90.0)
 }
 
-/// Collects all positions in a part of GeoJSON.
-fn collect_points(part: &Value, points: &mut Vec<[f64; 2]>) {
+/// Returns true if a position of GeoJSON has an altitude other than zero.
+pub(super) fn has_altitudes(object: &Value) -> bool {
+    let mut points = Vec::new();
+    collect_points(object, &mut points);
+    points.iter().any(|[.., altitude_m]| *altitude_m != 0.0)
+}
+
+/// Collects all positions in a part of GeoJSON, with their altitudes or zero.
+fn collect_points(part: &Value, points: &mut Vec<[f64; 3]>) {
     let number = |place: usize| part.get(place).and_then(Value::as_f64);
     match (number(0), number(1)) {
-        (Some(x), Some(y)) => points.push([x, y]),
+        (Some(x), Some(y)) => points.push([x, y, number(2).unwrap_or_default()]),
         _ => {
             let members = ["features", "geometry", "geometries", "coordinates"].iter().filter_map(|key| part.get(key));
             let parts = part.as_array().map(Vec::as_slice).unwrap_or_default();

@@ -1,13 +1,15 @@
 //! Reads zones from files: GeoJSON, plans of QGroundControl and KML.
 
+use std::collections::BTreeSet;
+
 use serde_json::Value;
 use standoff_io::display_text::quoted;
 
 use super::super::earth::Earth;
-use super::super::polygons::{GeoJson, can_be_degrees, check_metres, rings, states_degrees};
+use super::super::polygons::{GeoJson, can_be_degrees, check_metres, has_altitudes, rings, states_degrees};
 use super::super::schema_types::ZoneKind;
-use super::kml;
 use super::shapes::{BandM, Contents, Found, INSTEAD, Shape};
+use super::{NAMED, kml};
 
 /// Reads zones. `earth` places degrees, or states why it cannot. Plans and KML are in degrees. GeoJSON is in degrees if
 /// the traffic is, if it states so, or if all its coordinates can be; otherwise it is in metres.
@@ -43,8 +45,12 @@ pub(super) fn read(bytes: &[u8], is_metric: bool, earth: &Result<Earth, String>)
 
 /// Reads the polygons and circles of a plan's fence: those with `inclusion` are keep-in zones.
 fn plan(fence: &Value, earth: &Earth) -> Result<Contents, String> {
-    let list = |key: &str| fence.get(key).and_then(Value::as_array).map(Vec::as_slice).unwrap_or_default();
     let wrong = |what: &str| format!("geoFence: {what}; save the plan again with QGroundControl");
+    let list = |key: &str| match fence.get(key) {
+        None => Ok([].as_slice()),
+        Some(Value::Array(list)) => Ok(list.as_slice()),
+        Some(_) => Err(wrong(&format!("{key} must be a list"))),
+    };
     let point = |point: &Value| {
         let number = |place: usize| point.get(place).and_then(Value::as_f64);
         let (Some(lat), Some(lon)) = (number(0), number(1)) else {
@@ -58,13 +64,13 @@ fn plan(fence: &Value, earth: &Earth) -> Result<Contents, String> {
         None => Err(wrong("inclusion must be true or false")),
     };
     let mut contents = Contents::default();
-    for zone in list("polygons") {
+    for zone in list("polygons")? {
         let outline =
             zone.get("polygon").and_then(Value::as_array).ok_or_else(|| wrong("a polygon has no positions"))?;
         let shape = Shape::Polygons(vec![vec![outline.iter().map(point).collect::<Result<_, _>>()?]]);
         contents.zones.push(Found { name: String::new(), kind: kind(zone)?, shape, band_m: [None; 2] });
     }
-    for zone in list("circles") {
+    for zone in list("circles")? {
         let number = |path: &str| zone.pointer(path).and_then(Value::as_f64);
         let radius_m = number("/circle/radius").ok_or_else(|| wrong("a circle has no radius"))?;
         let centre_m = point(zone.pointer("/circle/center").unwrap_or(&Value::Null))?;
@@ -80,8 +86,8 @@ fn plan(fence: &Value, earth: &Earth) -> Result<Contents, String> {
 
 /// Reads the polygons of GeoJSON. Without `earth`, it must be in metres.
 fn geojson(json: &Value, earth: Option<&Earth>) -> Result<Contents, String> {
-    let mut zones = Vec::new();
-    collect(json, Properties { name: "", band_m: [None; 2] }, earth, &mut zones)?;
+    let (mut zones, mut ignored) = (Vec::new(), BTreeSet::new());
+    collect(json, Properties { name: "", band_m: [None; 2] }, earth, &mut zones, &mut ignored)?;
     if earth.is_none() {
         let polygons = zones.iter().flat_map(|zone| match &zone.shape {
             Shape::Polygons(polygons) => polygons.as_slice(),
@@ -91,7 +97,31 @@ fn geojson(json: &Value, earth: Option<&Earth>) -> Result<Contents, String> {
             check_metres(rings_m).map_err(|message| format!("polygon {index} {message}"))?;
         }
     }
-    Ok(Contents { zones, note: None })
+    let mut notes = Vec::new();
+    if !ignored.is_empty() {
+        let names: Vec<String> = ignored.iter().take(NAMED).map(|name| quoted(name)).collect();
+        notes.push(format!(
+            "ignores the properties {}: the kind of a zone is that of the table, its altitudes are altitude_min_m and \
+             altitude_max_m",
+            names.join(", ")
+        ));
+    }
+    if has_altitudes(json) {
+        notes.push("ignores the altitudes of points; give altitude_min_m or altitude_max_m".to_owned());
+    }
+    Ok(Contents { zones, notes })
+}
+
+/// Parts of the names of properties that may concern the kind or the altitudes of a zone.
+const MEANINGFUL: [&str; 12] =
+    ["agl", "alt", "ceiling", "elev", "exclu", "floor", "height", "inclu", "kind", "lower", "msl", "upper"];
+
+/// Returns whether a property is not read, but may have been meant to be.
+fn is_ignored(name: &str, value: &Value) -> bool {
+    let lower = name.to_lowercase();
+    !value.is_null()
+        && !["name", "altitude_min_m", "altitude_max_m"].contains(&name)
+        && MEANINGFUL.iter().any(|part| lower.contains(part))
 }
 
 /// Properties of a feature of GeoJSON.
@@ -102,10 +132,16 @@ struct Properties<'a> {
 }
 
 /// Reads the polygons of a part of GeoJSON. `outer` are the properties of the feature around it.
-fn collect(object: &Value, outer: Properties<'_>, earth: Option<&Earth>, found: &mut Vec<Found>) -> Result<(), String> {
+fn collect<'a>(
+    object: &'a Value,
+    outer: Properties<'_>,
+    earth: Option<&Earth>,
+    found: &mut Vec<Found>,
+    ignored: &mut BTreeSet<&'a str>,
+) -> Result<(), String> {
     states_degrees(object)?;
     match GeoJson::of(object)? {
-        GeoJson::Collection(parts) => parts.iter().try_for_each(|part| collect(part, outer, earth, found)),
+        GeoJson::Collection(parts) => parts.iter().try_for_each(|part| collect(part, outer, earth, found, ignored)),
         GeoJson::Feature(geometry) => {
             let property = |key: &str| object.get("properties").and_then(|properties| properties.get(key));
             let altitude_m = |key: &str| match property(key) {
@@ -119,7 +155,12 @@ fn collect(object: &Value, outer: Properties<'_>, earth: Option<&Earth>, found: 
             let name = property("name").and_then(Value::as_str).unwrap_or(outer.name);
             let band_m = [altitude_m("altitude_min_m")?, altitude_m("altitude_max_m")?];
             let properties = Properties { name, band_m };
-            geometry.map_or(Ok(()), |geometry| collect(geometry, properties, earth, found))
+            let all = object.get("properties").and_then(Value::as_object).into_iter().flatten();
+            ignored.extend(all.filter(|(name, value)| is_ignored(name, value)).map(|(name, _)| name.as_str()));
+            let geometry = geometry.ok_or_else(|| {
+                format!("feature {}has no geometry; draw its polygon, or remove it", super::shapes::named(name))
+            })?;
+            collect(geometry, properties, earth, found, ignored)
         }
         GeoJson::Polygons(polygons) => {
             let parts = polygons.iter().map(|coordinates| rings(coordinates, earth)).collect::<Result<_, _>>()?;

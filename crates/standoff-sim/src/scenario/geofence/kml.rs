@@ -4,6 +4,8 @@
 //! are ignored: those above the sea level, because the elevation of the ground is unknown, and those of polygons that are
 //! not extruded, because such a polygon has no volume.
 
+use std::collections::BTreeSet;
+
 use quick_xml::events::BytesStart;
 use standoff_io::display_text::quoted;
 use standoff_io::text_source::xml::{Elements, walk};
@@ -27,22 +29,35 @@ pub(super) fn read(bytes: &[u8], earth: &Earth) -> Result<Contents, String> {
     let text = text_source::text(bytes, &ZONES).map_err(described)?;
     let mut file = Kml::new(earth);
     walk(text, &mut file).map_err(described)?;
-    let note = file.ignores_altitudes.then(|| {
-        "ignores the altitudes of polygons, except for extruded ones with a single altitude relative to the ground"
-            .to_owned()
-    });
-    Ok(Contents { zones: file.zones, note })
+    let mut notes = Vec::new();
+    if file.ignores_altitudes {
+        notes.push(
+            "ignores the altitudes of polygons, except for extruded ones with a single altitude relative to the ground"
+                .to_owned(),
+        );
+    }
+    if !file.ignored.is_empty() {
+        let ignored: Vec<&str> = file.ignored.into_iter().collect();
+        let ignored = ignored.join(", ");
+        notes.push(format!("ignores {ignored}: only polygons are zones, and they exist all the time"));
+    }
+    Ok(Contents { zones: file.zones, notes })
 }
+
+/// Elements that may concern the airspace, but are not read.
+const IGNORED: [&str; 6] = ["GroundOverlay", "PhotoOverlay", "ScreenOverlay", "TimeSpan", "TimeStamp", "Tour"];
 
 /// State of the reader.
 struct Kml<'a> {
     earth: &'a Earth,
     zones: Vec<Found>,
     ignores_altitudes: bool,
+    /// Names of ignored elements.
+    ignored: BTreeSet<&'static str>,
     /// Depth of the current collection, and the index of its first zone.
     collection: Option<(usize, usize)>,
-    /// Depth and name of the current placemark.
-    placemark: Option<(usize, String)>,
+    /// Depth of the current placemark, and its contents.
+    placemark: Option<(usize, Placemark)>,
     /// Depth of the current polygon, and its contents.
     polygon: Option<(usize, Polygon)>,
     is_hole: bool,
@@ -52,10 +67,18 @@ struct Kml<'a> {
     start: Position,
 }
 
+/// A placemark that is being read.
+struct Placemark {
+    name: String,
+    start: Position,
+    has_polygon: bool,
+}
+
 /// A polygon that is being read.
 #[derive(Default)]
 struct Polygon {
     rings: Rings,
+    has_outline: bool,
     /// Lowest and highest altitude of its points, m.
     altitudes_m: Option<[f64; 2]>,
     is_relative_to_ground: bool,
@@ -97,13 +120,20 @@ impl Elements for Kml<'_> {
                 let message = format!("element = {}; the root element must be kml", quoted(name));
                 return Err(Fault::at(start, message));
             }
-            "Placemark" => self.placemark = Some((depth, String::new())),
+            "Placemark" => self.placemark = Some((depth, Placemark { name: String::new(), start, has_polygon: false })),
             "name" if self.placemark.as_ref().is_some_and(|(of, _)| of + 1 == depth) => collect(Text::Name),
             "Polygon" => self.polygon = Some((depth, Polygon::default())),
             "MultiGeometry" if self.collection.is_none() => self.collection = Some((depth, self.zones.len())),
-            "Point" | "LineString" | "LinearRing" | "Track" if self.polygon.is_none() => {
-                let called = self.placemark.as_ref().map_or("", |(_, called)| called);
+            "Point" | "LineString" | "LinearRing" | "Track" | "MultiTrack" | "Model" if self.polygon.is_none() => {
+                let called = self.placemark.as_ref().map_or("", |(_, placemark)| &placemark.name);
                 let message = format!("placemark {}is a {name}: {INSTEAD}", named(called));
+                return Err(Fault::at(start, message));
+            }
+            "NetworkLink" | "NetworkLinkControl" => {
+                let message = format!(
+                    "element = {}: linked files are not read; add each as a zone with a `file`, and remove the link",
+                    quoted(name)
+                );
                 return Err(Fault::at(start, message));
             }
             "outerBoundaryIs" => self.is_hole = false,
@@ -111,7 +141,7 @@ impl Elements for Kml<'_> {
             "coordinates" if self.polygon.is_some() => collect(Text::Coordinates),
             "altitudeMode" if self.polygon.is_some() => collect(Text::AltitudeMode),
             "extrude" if self.polygon.is_some() => collect(Text::Extrude),
-            _ => {}
+            _ => self.ignored.extend(IGNORED.iter().filter(|ignored| **ignored == name)),
         }
         Ok(())
     }
@@ -131,7 +161,9 @@ impl Elements for Kml<'_> {
         if let Some((_, element)) = self.collects.take_if(|(of, _)| *of == depth) {
             let text = self.text.trim();
             match (element, &mut self.polygon) {
-                (Text::Name, _) => self.placemark.iter_mut().for_each(|(_, name)| text.clone_into(name)),
+                (Text::Name, _) => {
+                    self.placemark.iter_mut().for_each(|(_, placemark)| text.clone_into(&mut placemark.name));
+                }
                 (Text::Coordinates, Some((_, polygon))) => {
                     ring(text, self.earth, polygon, self.is_hole).map_err(|message| Fault::at(self.start, message))?;
                 }
@@ -141,7 +173,10 @@ impl Elements for Kml<'_> {
             }
         }
         if let Some((_, polygon)) = self.polygon.take_if(|(of, _)| *of == depth) {
-            let name = self.placemark.as_ref().map_or_else(String::new, |(_, name)| name.clone());
+            let name = self.placemark.as_mut().map_or_else(String::new, |(_, placemark)| {
+                placemark.has_polygon = true;
+                placemark.name.clone()
+            });
             self.ignores_altitudes |= polygon.ignores_altitudes();
             let band_m = [None, polygon.ceiling_m()];
             let first = self.collection.map_or(usize::MAX, |(_, first)| first);
@@ -155,8 +190,13 @@ impl Elements for Kml<'_> {
             }
         }
         self.collection.take_if(|(of, _)| *of == depth);
-        self.placemark.take_if(|(of, _)| *of == depth);
-        Ok(())
+        match self.placemark.take_if(|(of, _)| *of == depth) {
+            Some((_, Placemark { name, start, has_polygon: false })) => {
+                let message = format!("placemark {}has no geometry; draw its polygon, or remove it", named(&name));
+                Err(Fault::at(start, message))
+            }
+            _ => Ok(()),
+        }
     }
 }
 
@@ -168,6 +208,7 @@ impl<'a> Kml<'a> {
             earth,
             zones: Vec::new(),
             ignores_altitudes: false,
+            ignored: BTreeSet::new(),
             collection: None,
             placemark,
             polygon,
@@ -192,6 +233,9 @@ fn ring(text: &str, earth: &Earth, polygon: &mut Polygon, is_hole: bool) -> Resu
         let [low_m, high_m] = polygon.altitudes_m.unwrap_or([altitude_m; 2]);
         polygon.altitudes_m = Some([low_m.min(altitude_m), high_m.max(altitude_m)]);
         ring.push(earth.place(lat, lon)?);
+    }
+    if !is_hole && std::mem::replace(&mut polygon.has_outline, true) {
+        return Err("a polygon has two outlines; make two polygons of it".to_owned());
     }
     let rings = &mut polygon.rings;
     // The outline is the first ring, whatever the order in the file.

@@ -36,7 +36,7 @@ pub(super) enum Shape {
 #[derive(Debug, Default)]
 pub(super) struct Contents {
     pub(super) zones: Vec<Found>,
-    pub(super) note: Option<String>,
+    pub(super) notes: Vec<String>,
 }
 
 /// Name of a shape in a message, with a blank after it; empty without a name.
