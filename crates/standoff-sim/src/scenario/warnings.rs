@@ -172,13 +172,25 @@ fn pair_on_orbit(settings: &Settings) -> Option<String> {
 
 /// A filter without process noise ends up ignoring its measurements.
 fn process_noise(settings: &Settings, targets: &Targets) -> Option<String> {
-    let accelerate = match targets {
-        Targets::Traffic(_) => true,
-        Targets::Random { model, manoeuvres, .. } => model.acceleration_sd_m_s2 > 0.0 || !manoeuvres.is_empty(),
+    // Without correlation rate, an acceleration stays as it is.
+    let (accelerate, change) = match targets {
+        Targets::Traffic(_) => (true, true),
+        Targets::Random { model, manoeuvres, .. } => {
+            let accelerate = model.acceleration_sd_m_s2 > 0.0;
+            let manoeuvre = !manoeuvres.is_empty();
+            (accelerate || manoeuvre, accelerate && model.correlation_rate_1_s > 0.0 || manoeuvre)
+        }
     };
-    (accelerate && settings.team.track.target.acceleration_sd_m_s2 <= 0.0).then(|| {
-        "filter.acceleration_sd_m_s2 = 0, but targets accelerate: the estimates become too certain and lose them".into()
-    })
+    let filter = &settings.team.track.target;
+    let (key, what) = if accelerate && filter.acceleration_sd_m_s2 <= 0.0 {
+        ("filter.acceleration_sd_m_s2", "targets accelerate")
+    } else if change && filter.correlation_rate_1_s <= 0.0 {
+        // The process noise is proportional to both.
+        ("filter.correlation_rate_1_s", "the accelerations of targets change")
+    } else {
+        return None;
+    };
+    Some(format!("{key} = 0, but {what}: the estimates become too certain and lose them"))
 }
 
 #[cfg(test)]
@@ -219,6 +231,10 @@ mod tests {
             (&["guidance.lead_s=0"], "guidance.lead_s has no effect with guidance.law = \"standoff\""),
             (&["guidance.feedforward=paper"], "guidance.feedforward has no effect with guidance.law = \"standoff\""),
             (&["filter.acceleration_sd_m_s2=0"], "filter.acceleration_sd_m_s2 = 0, but targets accelerate"),
+            (
+                &["filter.correlation_rate_1_s=0"],
+                "filter.correlation_rate_1_s = 0, but the accelerations of targets change",
+            ),
         ] {
             let warnings = warnings(changes);
             assert!(warnings.len() == 1 && warnings[0].starts_with(expected), "{warnings:?}");
@@ -232,6 +248,8 @@ mod tests {
             &[separation, "guidance.desired_phase_deg=74"],
             &[separation, "guidance.desired_phase_deg=73", "groups.altitude_policy=per-uav"],
             &["filter.acceleration_sd_m_s2=0", "targets.acceleration_sd_m_s2=0"],
+            &["filter.correlation_rate_1_s=0", "targets.acceleration_sd_m_s2=0"],
+            &["filter.correlation_rate_1_s=0", "targets.correlation_rate_1_s=0"],
         ] {
             assert_eq!(warnings(changes), [""; 0]);
         }
