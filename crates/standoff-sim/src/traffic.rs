@@ -9,7 +9,7 @@
 //! `speed` (m/s) and `angle` (degrees clockwise from north) give the velocity if both are present. Persons and containers
 //! are targets on request. Other elements are ignored, unless they are traffic that is misspelt or out of place. SUMO's
 //! CSV and Parquet are read, too (`timestep_time`, `vehicle_id`, `vehicle_x`, `vehicle_y`; CSV also `vehicle_speed` and
-//! `vehicle_angle`).
+//! `vehicle_angle`). If the first row is a person or a container, SUMO names the columns of all rows after it.
 //!
 //! **CSV tracks**: a header names the columns (upper or lower case, any order; other columns are ignored), followed by
 //! one row per vehicle and time. Rows need not be sorted, but the times of each vehicle must increase. Lines that begin
@@ -29,10 +29,11 @@
 //!
 //! Columns of highD, of inD, rounD, exiD and uniD, and of NGSIM are recognised. Samples without a position are skipped.
 //!
-//! **GPX**: each `trk` is a vehicle, with its `name` or a number; a `trkpt` needs `lat`, `lon` and `time`.
+//! **GPX**: each `trk` is a vehicle, with its `name` or a number; a `trkpt` needs `lat`, `lon` and `time`. Between segments
+//! (`trkseg`), a vehicle is absent.
 //!
 //! Degrees (WGS84) are converted to metres east and north in the plane that touches the ellipsoid at the file's first
-//! sample. A vehicle without samples for longer than the gap limit is absent during the gap. The reader rejects a
+//! sample. A vehicle without samples for longer than the gap limit is absent during the gap, unless it is parked. The reader rejects a
 //! vehicle that is faster than 10 km/s between two samples, and files beyond [`MAX_SAMPLES`] and the other limits. It
 //! checks everything while reading, one XML element or CSV row at a time, so that later use cannot fail.
 
@@ -43,6 +44,7 @@ mod gpx;
 mod join;
 mod limits;
 mod model;
+mod names;
 mod notes;
 mod parquet;
 mod unit_detection;

@@ -614,8 +614,8 @@ tables! {
         /// Whether persons and containers of SUMO are targets: `ignored` or `included`.
         persons: Persons = Ignored;
     } optional {
-        /// Gap limit, s; above 0: a vehicle without samples for longer is absent during the gap. If absent: 1 s, or 2.5
-        /// typical sampling intervals of the file or of the vehicle, whichever is longest.
+        /// Gap limit, s; above 0: a vehicle without samples for longer is absent during the gap, unless it is parked. If
+        /// absent: 1 s, or 2.5 typical sampling intervals of the file or of the vehicle, whichever is longest.
         gap_s: Allowed::above(0.0);
         /// Frames per second, 1 to 1,000, of a data set whose times are numbers of frames. If absent: 25.
         frame_rate_hz: Allowed::at_least(1.0).at_most(1_000.0);

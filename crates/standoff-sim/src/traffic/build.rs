@@ -2,16 +2,17 @@
 
 use std::collections::BTreeMap;
 
-use standoff::research::math;
-use standoff_io::display_text::quoted;
+use standoff_io::display_text::{printable, quoted};
 use standoff_io::geodesy::FURTHEST_M;
 use standoff_io::geodesy::{Origin, Unit};
 
 use super::limits::{MAX_AT_ONCE, MAX_SAMPLES, MAX_SPEED_M_S, MAX_VEHICLES};
-use super::notes;
+use super::model::Epoch;
+use super::names;
+use super::notes::{self, Oddities};
 use super::unit_detection;
 use super::validate::{self, seconds};
-use super::vehicle::{Sample, Vehicle};
+use super::vehicle::{Gaps, Sample, Vehicle};
 use super::{Coordinates, Options, Traffic};
 
 /// Minimum number of samples from which the sampling interval of a single vehicle is known.
@@ -23,32 +24,42 @@ const SINGLE_SAMPLES_MIN: usize = 3;
 #[derive(Default)]
 pub(super) struct Builder {
     vehicles: BTreeMap<String, Vec<Sample>>,
-    /// Names by their normalised form, in which blanks do not count.
+    /// Names as they look, with the name as it is written.
     names: BTreeMap<String, String>,
+    /// First name of each folded form.
+    folded: BTreeMap<String, String>,
+    /// Pairs of names that may be spellings of one.
+    alike: Vec<[String; 2]>,
+    /// Times of the samples that begin a new segment of a track, by vehicle, microseconds.
+    breaks_us: BTreeMap<String, Vec<i64>>,
     first: Option<Sample>,
     /// Number of samples.
     samples: usize,
     /// Samples without a position, by vehicle.
     without_position: BTreeMap<String, usize>,
+    /// Position that may have a separator of thousands, and whether others are whole numbers.
+    pub(super) thousands: Option<(String, bool)>,
 }
 
 impl Builder {
-    /// Checks the name of a vehicle, the value of `key`. Two names that differ only in blanks are taken for two
-    /// spellings of one vehicle and rejected.
+    /// Checks the name of a vehicle, the value of `key`. Two names that look the same are rejected; those that may be
+    /// spellings of one are noted.
     pub(super) fn check_name(&mut self, key: &str, name: &str) -> Result<(), String> {
         if self.vehicles.contains_key(name) {
             return Ok(());
         }
         validate::check_name(key, name)?;
-        let normalised = name.split_whitespace().collect::<Vec<_>>().join(" ");
-        if let Some(other) = self.names.get(&normalised).filter(|&other| other != name) {
-            let (name, other) = (quoted(name), quoted(other));
-            return Err(format!(
-                "{key} = {name} differs only in whitespace from the earlier {other}; a vehicle has one name; write \
-                 both alike, or rename one"
-            ));
+        let shown = names::as_shown(name);
+        match self.names.get(&shown) {
+            Some(other) if other == name => return Ok(()),
+            Some(other) => return Err(looks_the_same(key, name, other)),
+            None => {}
         }
-        self.names.insert(normalised, name.to_string());
+        let other = self.folded.entry(names::folded(&shown)).or_insert_with(|| name.to_owned());
+        if other != name {
+            self.alike.push([other.clone(), name.to_owned()]);
+        }
+        self.names.insert(shown, name.to_owned());
         Ok(())
     }
 
@@ -64,6 +75,11 @@ impl Builder {
     /// Counts a sample without a position.
     pub(super) fn skip(&mut self, name: &str) {
         *self.without_position.entry(name.to_string()).or_default() += 1;
+    }
+
+    /// Begins a new segment of the track of a vehicle with its sample at `time_us`.
+    pub(super) fn begin_segment(&mut self, name: &str, time_us: i64) {
+        self.breaks_us.entry(name.to_owned()).or_default().push(time_us);
     }
 
     /// Returns whether each of several vehicles has a single sample: the names are then probably numbers of rows.
@@ -121,35 +137,60 @@ impl Builder {
             }
         }
         let of_file_us = default_gap_us(self.vehicles.values());
-        let gap_us = |samples: &Vec<Sample>| match options.gap_s {
+        let limit_us = |samples: &Vec<Sample>| match options.gap_s {
             Some(gap_s) => (gap_s * 1e6).round() as i64,
             // A vehicle that is sampled less often than the others has a longer limit.
             None if samples.len() >= SAMPLES_MIN => default_gap_us([samples]).max(of_file_us),
             None => of_file_us,
         };
-        for (name, samples) in &self.vehicles {
-            check_speed(name, samples, gap_us(samples))?;
+        let gaps: Vec<Gaps> = self
+            .vehicles
+            .iter()
+            .map(|(name, samples)| Gaps {
+                limit_us: limit_us(samples),
+                breaks_us: self.breaks_us.remove(name).unwrap_or_default(),
+            })
+            .collect();
+        for ((name, samples), gaps) in self.vehicles.iter().zip(&gaps) {
+            check_speed(name, samples, gaps)?;
         }
-        let notes = notes::of(&self.vehicles, &self.without_position, gap_us);
+        let vehicles = self.vehicles.iter().zip(&gaps);
+        let (without_position, alike) = (&self.without_position, self.alike.as_slice());
+        let notes = notes::of(vehicles, &Oddities { without_position, alike, thousands: self.thousands.as_ref() });
         let mut vehicles: Vec<Vehicle> = self
             .vehicles
             .into_iter()
-            .map(|(name, samples)| {
-                let gap_us = gap_us(&samples);
-                Vehicle::new(name, samples, gap_us)
-            })
+            .zip(gaps)
+            .map(|((name, samples), gaps)| Vehicle::new(name, samples, gaps))
             .collect();
         // The map yields the vehicles by name, and the sort is stable.
         vehicles.sort_by_key(Vehicle::first_us);
         check_crowd(&vehicles)?;
+        let begin_us = vehicles.iter().map(Vehicle::first_us).min().unwrap_or(first.time_us);
         Ok(Traffic {
-            begin_us: vehicles.iter().map(Vehicle::first_us).min().unwrap_or(first.time_us),
+            begin_us,
             end_us: vehicles.iter().map(Vehicle::last_us).max().unwrap_or(first.time_us),
             vehicles,
             origin,
             notes,
+            epoch: Epoch::of_numbers(begin_us),
         })
     }
+}
+
+/// Describes a name that looks the same as an earlier one.
+fn looks_the_same(key: &str, name: &str, other: &str) -> String {
+    let is_blank_only = name.split_whitespace().eq(other.split_whitespace());
+    let [name, other, what] = if is_blank_only {
+        [quoted(name), quoted(other), "in whitespace".to_owned()]
+    } else {
+        let codes = |name: &str| format!("\"{}\"", printable(&name.escape_default().to_string()));
+        [codes(name), codes(other), "in its Unicode form or in invisible characters".to_owned()]
+    };
+    format!(
+        "{key} = {name} differs only {what} from the earlier {other}; a vehicle has one name; write both alike, or \
+         rename one"
+    )
 }
 
 /// Rejects more vehicles at one time than a mission supports; the vehicles are ordered by their first times.
@@ -185,11 +226,11 @@ fn default_gap_us<'a>(vehicles: impl IntoIterator<Item = &'a Vec<Sample>>) -> i6
 }
 
 /// Rejects positions, in metres, that no vehicle could reach in time; positions on both sides of a gap are not checked.
-fn check_speed(name: &str, samples: &[Sample], gap_us: i64) -> Result<(), String> {
+fn check_speed(name: &str, samples: &[Sample], gaps: &Gaps) -> Result<(), String> {
     for pair in samples.windows(2) {
         let step_us = pair[1].time_us - pair[0].time_us;
-        let distance = math::hypot(pair[1].x - pair[0].x, pair[1].y - pair[0].y);
-        if step_us <= gap_us && distance > MAX_SPEED_M_S * seconds(step_us) {
+        let distance = pair[0].distance_m(&pair[1]);
+        if !gaps.separate(&pair[0], &pair[1]) && distance > MAX_SPEED_M_S * seconds(step_us) {
             return Err(format!(
                 "vehicle {}: from time = {} s to {} s it moves {distance:.3} m; at most {MAX_SPEED_M_S} m/s; is one of the \
                  samples wrong, or does the file mix degrees and metres?",
@@ -222,6 +263,8 @@ fn to_metres(name: &str, samples: &mut [Sample], origin: Origin) -> Result<(), S
 
 #[cfg(test)]
 mod tests {
+    use standoff::research::math;
+
     use super::*;
 
     const HOUR_US: i64 = 3_600_000_000;
@@ -233,7 +276,8 @@ mod tests {
     fn traffic(samples: &[(&str, i64)], gap_s: Option<f64>) -> Traffic {
         let mut builder = Builder::default();
         for &(name, time_us) in samples {
-            builder.add(name, sample(time_us, 0.0, 0.0)).unwrap();
+            // At 100 m/s, because a parked vehicle has no gaps.
+            builder.add(name, sample(time_us, 1e-4 * time_us as f64, 0.0)).unwrap();
         }
         builder.finish(Unit::Metres, &Options { gap_s, ..Options::default() }).unwrap()
     }
@@ -280,6 +324,26 @@ mod tests {
             let expected = format!("id = {} differs only in whitespace from the earlier \"{other}\"", quoted(name));
             assert!(error.starts_with(&expected), "{error}");
         }
+    }
+
+    #[test]
+    fn names_that_look_the_same_are_refused_and_similar_ones_noted() {
+        let mut builder = Builder::default();
+        let names = ["caf\u{e9}", "1", "bus", "1.0", "1.00", "Bus"];
+        for name in names {
+            assert_eq!(builder.check_name("id", name), Ok(()));
+            builder.add(name, sample(0, 0.0, 0.0)).unwrap();
+        }
+        assert_eq!(
+            builder.check_name("id", "cafe\u{301}").unwrap_err(),
+            "id = \"cafe\\u{301}\" differs only in its Unicode form or in invisible characters from the earlier \
+             \"caf\\u{e9}\"; a vehicle has one name; write both alike, or rename one"
+        );
+        assert!(builder.check_name("id", "b\u{200b}us").unwrap_err().contains("\"b\\u{200b}us\" differs only in its"));
+        let traffic = builder.finish(Unit::Metres, &Options::default()).unwrap();
+        let expected = "names that may be of one vehicle, but are read as two: \"1\" and \"1.0\", \"1\" and \"1.00\", \"bus\" \
+                        and \"Bus\"; write them alike if they are of one";
+        assert_eq!(traffic.notes, [expected]);
     }
 
     #[test]

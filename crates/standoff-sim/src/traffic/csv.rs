@@ -4,10 +4,12 @@ mod clock;
 mod data_set;
 mod quotes;
 mod table;
+mod thousands;
 
+use std::collections::BTreeSet;
 use std::io::Read;
 
-use standoff_io::display_text::{printable, quoted};
+use standoff_io::display_text::{count, printable, quoted};
 use standoff_io::geodesy::Unit;
 use standoff_io::text_source::{Fault, Lines};
 
@@ -15,10 +17,11 @@ use super::build::Builder;
 use super::model::{COORDINATES_HELP, Coordinates, Options, Persons, TRAFFIC, Traffic};
 use super::validate::{self, ANGLE, Quantity, SPEED};
 use super::vehicle::Sample;
-pub(super) use clock::date_time_us;
-use clock::{Clock, Numbers};
+pub(super) use clock::Clock;
+use clock::Numbers;
 use data_set::DataSet;
 use table::Table;
+use thousands::Thousands;
 
 const TIME: &[&str] = &[
     "t_s",
@@ -33,18 +36,27 @@ const TIME: &[&str] = &[
     "time_ms",
     "timestamp_ms",
 ];
-const VEHICLE: &[&str] = &["vehicle", "vehicle_id", "id", "track", "track_id", "target", "target_id"];
-const X: &[&str] = &["x_m", "x_east_m", "x", "east_m", "vehicle_x"];
-const Y: &[&str] = &["y_m", "y_north_m", "y", "north_m", "vehicle_y"];
+const VEHICLE: &[&str] =
+    &["vehicle", "vehicle_id", "id", "track", "track_id", "target", "target_id", "person_id", "container_id"];
+const X: &[&str] = &["x_m", "x_east_m", "x", "east_m", "vehicle_x", "person_x", "container_x"];
+const Y: &[&str] = &["y_m", "y_north_m", "y", "north_m", "vehicle_y", "person_y", "container_y"];
+/// Number of columns at the end of `X` and `Y` that only SUMO writes. It names all columns after the element of the first
+/// row, which may be a person.
+const OF_SUMO: usize = 3;
 const LAT: &[&str] = &["lat_deg", "lat", "latitude", "latitude_deg"];
 const LON: &[&str] = &["lon_deg", "lon", "longitude", "longitude_deg", "lng", "long"];
 
-/// Columns of SUMO that distinguish persons and containers from vehicles.
-const TYPE: &[&str] = &["vehicle_type"];
-const LANE: &[&str] = &["vehicle_lane"];
-const EDGE: &[&str] = &["vehicle_edge"];
+/// Columns of SUMO that distinguish persons and containers from vehicles; the last one is that of plain headers
+/// (`--output.column-header plain`).
+const TYPE: &[&str] = &["vehicle_type", "person_type", "container_type", "type"];
+const LANE: &[&str] = &["vehicle_lane", "person_lane", "container_lane", "lane"];
+const EDGE: &[&str] = &["vehicle_edge", "person_edge", "container_edge", "edge"];
 /// Columns of SUMO with the velocity.
-const MOTION: [&str; 2] = ["vehicle_speed", "vehicle_angle"];
+const SUMO_SPEED: &[&str] = &["vehicle_speed", "person_speed", "container_speed"];
+const SUMO_ANGLE: &[&str] = &["vehicle_angle", "person_angle", "container_angle"];
+/// Columns of loggers with the hemisphere of a latitude and of a longitude.
+const NORTH_SOUTH: &[&str] = &["n/s", "ns", "n_s", "lat_ref", "latitude_ref", "lat_dir", "latitude_direction"];
+const EAST_WEST: &[&str] = &["e/w", "ew", "e_w", "lon_ref", "longitude_ref", "lon_dir", "longitude_direction"];
 /// Values that stand for a missing one.
 const NO_VALUES: [&str; 6] = ["", "nan", "null", "none", "na", "n/a"];
 
@@ -56,6 +68,7 @@ pub(super) fn read(lines: Lines<impl Read>, options: &Options) -> Result<Traffic
     }
     let columns = Columns::find(&table, options)?;
     let (mut clock, mut numbers) = (Clock::new(&columns.time.name), Numbers::new(table.separator));
+    let (mut thousands, mut persons) = (Thousands::default(), BTreeSet::new());
     while table.next_row()? {
         if table.row.len() != columns.count {
             let message =
@@ -69,9 +82,11 @@ pub(super) fn read(lines: Lines<impl Read>, options: &Options) -> Result<Traffic
         };
         let has_no_position = is_missing(&columns.x)? && is_missing(&columns.y)?;
         // SUMO writes the time alone while there are no vehicles.
-        if has_no_position && name.trim().is_empty()
-            || options.persons == Persons::Ignored && columns.is_person(&table)?
-        {
+        if has_no_position && name.trim().is_empty() {
+            continue;
+        }
+        if options.persons == Persons::Ignored && columns.is_person(&table)? {
+            persons.insert(name.to_owned());
             continue;
         }
         let in_field = |column: &Column, message| table.fault(column.index, message);
@@ -98,6 +113,12 @@ pub(super) fn read(lines: Lines<impl Read>, options: &Options) -> Result<Traffic
             builder.skip(name);
             continue;
         }
+        columns.check_hemispheres(&table, [y, x])?;
+        if table.separator != b',' && columns.coordinates == Coordinates::Metres {
+            for column in [&columns.x, &columns.y] {
+                thousands.add(&column.name, table.text(column.index)?);
+            }
+        }
         if let Some([width, length]) = &columns.box_size {
             x += 0.5 * number(width, &x_kind)?;
             y += 0.5 * number(length, &y_kind)?;
@@ -112,16 +133,31 @@ pub(super) fn read(lines: Lines<impl Read>, options: &Options) -> Result<Traffic
         let sample = Sample { time_us, x, y, velocity };
         builder.add(name, sample).map_err(|message| in_field(&columns.time, message))?;
     }
-    if builder.has_single_samples() {
-        let name = quoted(&columns.vehicle.name);
-        let message = format!(
-            "each vehicle has a single sample: column {name} probably numbers the rows; call the column of the vehicles \
-             vehicle, and {name} otherwise"
-        );
-        return Err(Fault::whole(message));
-    }
+    columns.check_vehicles(&builder)?;
     let unit = columns.unit(&builder, options)?;
-    builder.finish(unit, options).map_err(Fault::whole)
+    builder.thousands = thousands.found();
+    let mut traffic = builder.finish(unit, options).map_err(Fault::whole)?;
+    traffic.epoch = clock.epoch(traffic.begin_us);
+    traffic.notes.extend(columns.notes(&persons));
+    Ok(traffic)
+}
+
+/// Returns the columns that distinguish persons and containers.
+fn of_sumo(column: impl Fn(&[&str]) -> Option<Column>) -> [Option<Column>; 3] {
+    match [TYPE, LANE, EDGE].map(column) {
+        // A plain column `edge` alone does not show that a row has no lane.
+        [kind, None, Some(edge)] if edge.name.eq_ignore_ascii_case("edge") => [kind, None, None],
+        columns => columns,
+    }
+}
+
+/// Returns the columns that are read of several with accepted names, each with another one of them.
+fn preferred(header: &[&str], read: [(&Column, &[&str]); 4]) -> Vec<[String; 2]> {
+    let other = |(read, accepted): (&Column, &[&str])| {
+        let is_other = |name: &&&str| accepted.contains(&name.to_ascii_lowercase().as_str()) && **name != read.name;
+        header.iter().find(is_other).map(|name| [read.name.clone(), (*name).to_owned()])
+    };
+    read.into_iter().filter_map(other).collect()
 }
 
 struct Column {
@@ -144,6 +180,10 @@ struct Columns {
     motion: Option<[Column; 2]>,
     /// Type, lane and edge, in tables of SUMO.
     of_sumo: [Option<Column>; 3],
+    /// Hemispheres of latitude and longitude.
+    hemispheres: [Option<Column>; 2],
+    /// Columns that are read, each with another one of the same meaning.
+    preferred: Vec<[String; 2]>,
     /// Published data set with these columns.
     set: Option<&'static DataSet>,
 }
@@ -174,9 +214,8 @@ impl Columns {
                 Err(table.fault(at, message))
             })
         };
-        let of_sumo = [TYPE, LANE, EDGE].map(column);
-        let [speed, angle] = MOTION.map(|name| column(&[name]));
-        let motion = speed.zip(angle).map(|(speed, angle)| [speed, angle]);
+        let of_sumo = of_sumo(column);
+        let motion = column(SUMO_SPEED).zip(column(SUMO_ANGLE)).map(|(speed, angle)| [speed, angle]);
         let count = header.len();
         if let Some(set) = DataSet::with(&header) {
             // The data set was recognised by these columns.
@@ -186,14 +225,26 @@ impl Columns {
             [&time, &vehicle, &x, &y].into_iter().try_for_each(once)?;
             let box_size = set.box_size.map(|names| names.map(named));
             let box_size = box_size.map(|[width, length]| Ok::<_, Fault>([width?, length?])).transpose()?;
-            let coordinates = Coordinates::Metres;
-            return Ok(Self { count, time, vehicle, x, y, box_size, coordinates, motion, of_sumo, set: Some(set) });
+            return Ok(Self {
+                count,
+                time,
+                vehicle,
+                x,
+                y,
+                box_size,
+                coordinates: Coordinates::Metres,
+                motion,
+                of_sumo,
+                hemispheres: [None, None],
+                preferred: Vec::new(),
+                set: Some(set),
+            });
         }
         let (time, vehicle) = (need("the time", TIME)?, need("the vehicle", VEHICLE)?);
         let metres = || Some((Coordinates::Metres, column(X)?, column(Y)?));
         let degrees = || Some((Coordinates::Degrees, column(LON)?, column(LAT)?));
         // SUMO writes degrees into the same columns.
-        let sumo = |unit| Some((unit, column(&X[X.len() - 1..])?, column(&Y[Y.len() - 1..])?));
+        let sumo = |unit| Some((unit, column(&X[X.len() - OF_SUMO..])?, column(&Y[Y.len() - OF_SUMO..])?));
         let (found, accepted) = match options.coordinates {
             Coordinates::Auto => (sumo(Coordinates::Auto).or_else(metres).or_else(degrees), [X, Y, LAT, LON].concat()),
             Coordinates::Metres => (metres(), [X, Y].concat()),
@@ -201,7 +252,52 @@ impl Columns {
         };
         let (coordinates, x, y) = found.ok_or_else(|| missing("both coordinates", &accepted))?;
         [&time, &vehicle, &x, &y].into_iter().try_for_each(once)?;
-        Ok(Self { count, time, vehicle, x, y, box_size: None, coordinates, motion, of_sumo, set: None })
+        let [x_names, y_names] = if coordinates == Coordinates::Degrees { [LON, LAT] } else { [X, Y] };
+        let preferred = preferred(&header, [(&time, TIME), (&vehicle, VEHICLE), (&x, x_names), (&y, y_names)]);
+        let hemispheres = match coordinates {
+            Coordinates::Degrees => [NORTH_SOUTH, EAST_WEST].map(column),
+            _ => [None, None],
+        };
+        let (box_size, set) = (None, None);
+        Ok(Self { count, time, vehicle, x, y, box_size, coordinates, motion, of_sumo, hemispheres, preferred, set })
+    }
+
+    /// Rejects a latitude or longitude in the south or west whose sign is in a column of its own.
+    fn check_hemispheres(&self, table: &Table<impl Read>, lat_lon_deg: [f64; 2]) -> Result<(), Fault> {
+        for (column, value_deg) in self.hemispheres.iter().zip(lat_lon_deg) {
+            let Some(column) = column else { continue };
+            let text = table.text(column.index)?;
+            if value_deg > 0.0 && text.trim().starts_with(['S', 's', 'W', 'w']) {
+                let message = format!(
+                    "{} = {}: this column is not read; give latitudes in the south and longitudes in the west as \
+                     negative numbers",
+                    column.name,
+                    quoted(text)
+                );
+                return Err(table.fault(column.index, message));
+            }
+        }
+        Ok(())
+    }
+
+    /// Returns what the user should know about the columns that are read, and about the persons that are not.
+    fn notes(&self, persons: &BTreeSet<String>) -> Vec<String> {
+        let preferred = self.preferred.iter().map(|[read, other]| {
+            let [read, other] = [read, other].map(|name| quoted(name));
+            format!("reads column {read}, not {other}, which may mean the same; remove or rename the wrong one")
+        });
+        let mut notes: Vec<String> = preferred.collect();
+        // The names of plain headers are not only SUMO's.
+        let is_plain = self.of_sumo.iter().flatten().any(|column| !column.name.contains('_'));
+        if let Some(first) = persons.first().filter(|_| is_plain) {
+            notes.push(format!(
+                "ignores {} of SUMO (default type, or edge without lane): {}{}; traffic.persons = \"included\" reads them",
+                count(persons.len(), "person"),
+                quoted(first),
+                if persons.len() > 1 { ", ..." } else { "" }
+            ));
+        }
+        notes
     }
 
     /// Returns whether the current row is that of a person or container.
@@ -209,6 +305,18 @@ impl Columns {
         let text = |column: &Option<Column>| column.as_ref().map(|column| table.text(column.index)).transpose();
         let [kind, lane, edge] = &self.of_sumo;
         Ok(Persons::is_person(text(kind)?, text(lane)?, text(edge)?))
+    }
+
+    /// Rejects names of vehicles that probably number the rows.
+    fn check_vehicles(&self, builder: &Builder) -> Result<(), Fault> {
+        if !builder.has_single_samples() {
+            return Ok(());
+        }
+        let name = quoted(&self.vehicle.name);
+        Err(Fault::whole(format!(
+            "each vehicle has a single sample: column {name} probably numbers the rows; call the column of the vehicles \
+             vehicle, and {name} otherwise"
+        )))
     }
 
     /// Returns the unit of the coordinates. Fails if the motion of the vehicles contradicts the columns.
@@ -387,6 +495,78 @@ mod tests {
         assert_eq!(parked.notes, [""; 0]);
     }
 
+    /// Plain headers are not only SUMO's, so the persons are noted.
+    #[test]
+    fn persons_of_sumo_are_recognised_under_every_header() {
+        let rows = "0;p0;0;5;DEFAULT_PEDTYPE;1.3;;e\n0;car;0;0;car;10;e_0;\n1;p0;1;5;DEFAULT_PEDTYPE;1.3;;e\n\
+                    1;car;10;0;car;10;e_0;\n";
+        let names = |header: &str, persons| {
+            let options = Options { persons, ..Options::default() };
+            let traffic = read_from(format!("{header}\n{rows}").as_bytes(), "f.csv", &options).unwrap();
+            let names: Vec<_> = traffic.vehicles.iter().map(|vehicle| vehicle.name().to_owned()).collect();
+            (names.join(" "), traffic.notes)
+        };
+        let plain = "time;id;x;y;type;speed;lane;edge";
+        let [vehicle, person] =
+            ["vehicle", "person"].map(|of| format!("timestep_{}", plain.replace(';', &format!(";{of}_"))));
+        for header in [&vehicle, &person] {
+            assert_eq!(names(header, Persons::Ignored), ("car".to_owned(), vec![]));
+            assert_eq!(names(header, Persons::Included), ("car p0".to_owned(), vec![]));
+        }
+        let note = "ignores 1 person of SUMO (default type, or edge without lane): \"p0\"; traffic.persons = \"included\" \
+                    reads them";
+        assert_eq!(names(plain, Persons::Ignored), ("car".to_owned(), vec![note.to_owned()]));
+        assert_eq!(names(plain, Persons::Included), ("car p0".to_owned(), vec![]));
+        assert_eq!(names(&plain.replace("lane", "road").replace("type", "kind"), Persons::Ignored).0, "car p0");
+    }
+
+    #[test]
+    fn a_logger_that_sleeps_while_parked_keeps_its_vehicle() {
+        let drive = |from: u32, x: u32| (0..60).map(move |t| format!("{},van,{},0\n", from + t, x + 8 * t));
+        let rows: String = drive(0, 0).chain(drive(240, 472)).collect();
+        let traffic = read(&format!("t,id,x,y\n{rows}")).unwrap();
+        assert_eq!((traffic.vehicles[0].at(150_000_000).map(|state| state.x_m), traffic.notes), (Some(472.0), vec![]));
+        let rows: String = drive(0, 0).chain(drive(240, 600)).collect();
+        let traffic = read(&format!("t,id,x,y\n{rows}")).unwrap();
+        let note = "1 vehicle absent between samples for at least a tenth of the time: \"van\" (61 %, 1 gap); a longer \
+                    traffic.gap_s keeps them";
+        assert_eq!((traffic.vehicles[0].at(150_000_000), traffic.notes), (None, vec![note.to_owned()]));
+    }
+
+    #[test]
+    fn ambiguous_values_are_noted() {
+        let notes = |separator: char, values: &[&str]| {
+            let rows: String = (0..).zip(values).map(|(t, x)| format!("{t};car;{x};0\n")).collect();
+            read(&format!("t;id;x;y\n{rows}").replace(';', &separator.to_string())).unwrap().notes
+        };
+        let creeping = ["1.000", "1.010", "1.020", "1.030", "1.040"];
+        let thousands = "x = \"1.000\" is read as a decimal number, but may mean thousands, because every decimal sign has three \
+                         digits after it; if so, write the positions without it";
+        assert_eq!(notes(';', &creeping), [thousands]);
+        assert_eq!(
+            notes('\t', &creeping.map(|x| x.replace('.', ",")).each_ref().map(String::as_str)),
+            [thousands.replace("1.000", "1,000")]
+        );
+        assert!(notes(';', &["980", "990", "1.000", "1.010"]).contains(&thousands.to_owned()));
+        assert_eq!(notes(';', &["1.000", "11.000", "21.000", "31.000", "41.000"]), [""; 0], "a drive in metres");
+        let kilometres = "no vehicle is faster than 0.010 m/s, although one moves steadily; are the positions kilometres? then \
+                          convert them to metres";
+        assert_eq!(notes(';', &["1.0", "1.01", "1.02", "1.03", "1.04", "1.05"]), [kilometres]);
+        assert_eq!(notes(';', &["1.0", "1.02", "0.99", "1.01", "1.0", "1.02"]), [""; 0], "noise");
+        assert_eq!(
+            read("id,t,vehicle,time,x,y\n1,0,a,0,0,0\n2,1,a,1,9,0\n").unwrap().notes,
+            [["t", "time"], ["vehicle", "id"]].map(|[read, other]| format!(
+                "reads column \"{read}\", not \"{other}\", which may mean the same; remove or rename the wrong one"
+            ))
+        );
+        assert!(read("t,id,latitude,n/s,longitude\n0,a,0.1,N,9\n1,b,-0.1,S,9\n").is_ok());
+        let south = error("t,id,latitude,n/s,longitude\n0,a,33.5,N,9\n1,a,33.5,S,9\n");
+        assert!(
+            south.starts_with("f.csv:3:10: n/s = \"S\": this column is not read; give latitudes in the"),
+            "{south}"
+        );
+    }
+
     /// A lorry that is sampled every ten seconds next to a van that is sampled every second exists all the time.
     #[test]
     fn the_gap_limit_follows_the_sampling_interval_of_each_vehicle() {
@@ -400,7 +580,8 @@ mod tests {
         assert!(!exists(&traffic));
         assert_eq!(
             traffic.notes,
-            ["1 vehicle absent between most samples: \"lorry\" (6 gaps); a longer traffic.gap_s keeps them"]
+            ["1 vehicle absent between samples for at least a tenth of the time: \"lorry\" (100 %, 6 gaps); a longer \
+              traffic.gap_s keeps them"]
         );
     }
 
@@ -465,7 +646,8 @@ mod tests {
     fn a_missing_column_is_reported_with_the_columns_found() {
         let header = error("# c\ntime,car,x,y\n0,v,1,2");
         let expected = "f.csv:2:1: no column for the vehicle; found \"time\", \"car\", \"x\", \"y\"; \
-                        accepted: vehicle, vehicle_id, id, track, track_id, target, target_id; rename a column, and separate \
+                        accepted: vehicle, vehicle_id, id, track, track_id, target, target_id, person_id, container_id; \
+                        rename a column, and separate \
                         columns by commas, semicolons or tabs";
         assert_eq!(header, expected);
         assert!(error("id,x,y\n").contains("no column for the time;"));
@@ -476,7 +658,10 @@ mod tests {
              column, and separate columns by commas, semicolons or tabs"
         ));
         let metres = read_as("id,t,lat,lon\n", Coordinates::Metres).unwrap_err();
-        assert!(metres.message.contains("accepted: x_m, x_east_m, x, east_m, vehicle_x, y_m,"), "{metres}");
+        assert!(
+            metres.message.contains("accepted: x_m, x_east_m, x, east_m, vehicle_x, person_x, container_x, y_m,"),
+            "{metres}"
+        );
     }
 
     #[test]

@@ -323,7 +323,7 @@ mod tests {
             (r#"<vehicle id="v" x="0"/>"#, r#"f.xml:2:1: vehicle "v": y is missing"#),
             (r#"<vehicle id="" x="0" y="0"/>"#, r#"f.xml:2:10: id = "" has 0 characters"#),
             (r#"<vehicle id="v" id="w"/>"#, "f.xml:2:1: not well-formed XML"),
-            (r#"<vehicle id="&nosuch;"/>"#, "f.xml:2:10: not well-formed XML"),
+            (r#"<vehicle id="&nosuch;"/>"#, "f.xml:2:10: entity = \"&nosuch;\" is not read; only &amp;"),
             (r#" <vehicle id="v" x=0/>"#, "f.xml:2:2: not well-formed XML"),
             ("</vehicle>", "f.xml:2:1: not well-formed XML"),
             (r#"<timestep time="2"/>"#, "f.xml:2:1: element = \"timestep\" is out of place"),

@@ -1,4 +1,5 @@
-//! Reads tracks of GPS receivers from GPX (version 1.0 or 1.1): each `trk` is a vehicle, with its `name` or a number.
+//! Reads tracks of GPS receivers from GPX (version 1.0 or 1.1): each `trk` is a vehicle, with its `name` or a number. A
+//! vehicle is absent between its segments (`trkseg`), because GPX defines that the receiver had no fix or was off then.
 
 use quick_xml::events::BytesStart;
 use standoff_io::geodesy::Unit;
@@ -6,7 +7,7 @@ use standoff_io::text_source::xml::{Elements, attributes};
 use standoff_io::text_source::{Fault, Position};
 
 use super::build::Builder;
-use super::csv::date_time_us;
+use super::csv::Clock;
 use super::model::{Coordinates, Options, Traffic};
 use super::validate;
 use super::vehicle::Sample;
@@ -26,6 +27,9 @@ pub(super) struct Gpx {
     point: Option<([f64; 2], Position)>,
     /// Time of the current point.
     time: String,
+    clock: Clock,
+    /// True if the next point with a time and a position is the first of a segment.
+    begins_segment: bool,
     has_points: bool,
     /// Element whose text is collected.
     collects: Option<Collects>,
@@ -49,6 +53,7 @@ impl Elements for Gpx {
                 self.name.clear();
                 self.collects = Some(Collects::Name);
             }
+            (2, "trkseg") => self.begins_segment = true,
             (3, "trkpt") => {
                 let [lat, lon] = attributes(element, start, ["lat", "lon"])?;
                 let [x_kind, y_kind] = validate::axes(Coordinates::Degrees);
@@ -90,9 +95,13 @@ impl Elements for Gpx {
             self.builder.skip(&name);
             return Ok(());
         }
-        let time_us = date_time_us("time", time).map_err(fault)?;
+        let time_us = self.clock.date_time_us("time", time).map_err(fault)?;
         let sample = Sample { time_us, x: lon, y: lat, velocity: [f32::NAN; 2] };
-        self.builder.add(&name, sample).map_err(fault)
+        self.builder.add(&name, sample).map_err(fault)?;
+        if std::mem::take(&mut self.begins_segment) {
+            self.builder.begin_segment(&name, time_us);
+        }
+        Ok(())
     }
 }
 
@@ -107,7 +116,8 @@ impl Gpx {
             };
             return Err(Fault::whole(message.to_owned()));
         }
-        self.builder.finish(Unit::Degrees, options).map_err(Fault::whole)
+        let traffic = self.builder.finish(Unit::Degrees, options).map_err(Fault::whole)?;
+        Ok(Traffic { epoch: self.clock.epoch(traffic.begin_us), ..traffic })
     }
 }
 
@@ -138,13 +148,52 @@ mod tests {
         .unwrap();
         let names: Vec<_> = traffic.vehicles.iter().map(|vehicle| vehicle.name()).collect();
         assert_eq!(names, ["Smith & Co", "track 2"]);
-        assert_eq!((traffic.span_s(), traffic.notes.len()), (7.0, 0));
+        assert_eq!((traffic.span_s(), traffic.notes.len()), (7.0, 1));
         let state = traffic.vehicles[0].at(traffic.begin_us + 500_000).unwrap();
         assert!((state.vy_m_s - 11.1).abs() < 0.1, "{state:?}");
         let prefixed = "<g:gpx xmlns:g=\"http://www.topografix.com/GPX/1/1\"><g:trk><g:name>&#233;</g:name><g:trkseg>\
                         <g:trkpt lat=\"44\" lon=\"9\"><g:time>2026-03-01T12:00:00Z</g:time></g:trkpt></g:trkseg></g:trk></g:gpx>";
         let traffic = read_from(prefixed.as_bytes(), "f.gpx", &Options::default()).unwrap();
         assert_eq!(traffic.vehicles[0].name(), "\u{e9}");
+    }
+
+    #[test]
+    fn a_pause_between_segments_is_a_gap_and_no_drive() {
+        let segment = |points: &[(u32, f64)]| {
+            let points: String = points.iter().map(|&(second, lat)| point(second, lat)).collect();
+            format!("<trkseg>{points}</trkseg>")
+        };
+        let [one, two] = [segment(&[(0, 44.0), (10, 44.001)]), segment(&[(20, 44.002), (30, 44.003)])];
+        let exists = |segments: &str| {
+            let traffic = read(&format!("<trk>{segments}</trk>")).unwrap();
+            let exists = traffic.vehicles[0].at(traffic.begin_us + 15_000_000).is_some();
+            (exists, traffic.notes)
+        };
+        let note = "1 vehicle absent between segments of their tracks for at least a tenth of the time: \"track 1\" (33 %, \
+                    1 gap); join the segments if they were there";
+        assert_eq!(exists(&format!("{one}{two}")), (false, vec![note.to_owned()]));
+        let parked = segment(&[(20, 44.001), (30, 44.001)]);
+        assert_eq!(exists(&format!("{one}{parked}")), (true, vec![]));
+    }
+
+    #[test]
+    fn times_with_and_without_offset_are_refused() {
+        let local = "<trkpt lat=\"44\" lon=\"9\"><time>2026-03-01T13:00:01</time></trkpt>";
+        let mixed = read(&format!("<trk><trkseg>{}{local}</trkseg></trk>", point(0, 44.0))).unwrap_err();
+        assert!(mixed.contains("is a date-time without an offset, the time before it a date-time with"), "{mixed}");
+    }
+
+    #[test]
+    fn entities_are_refused_by_name() {
+        let named = |name: &str| read(&format!("<trk><name>{name}</name><trkseg>{}</trkseg></trk>", point(0, 44.0)));
+        assert_eq!(named("&lt;&#x61;&gt;").unwrap().vehicles[0].name(), "<a>");
+        for entity in ["&van;", "&#0;"] {
+            let error = named(entity).unwrap_err();
+            assert!(
+                error.starts_with(&format!("f.gpx:3:12: entity = \"{entity}\" is not read; only &amp;")),
+                "{error}"
+            );
+        }
     }
 
     #[test]

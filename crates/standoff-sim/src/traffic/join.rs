@@ -8,7 +8,8 @@ use standoff_io::text_source::Fault;
 
 use super::build::check_crowd;
 use super::limits::{MAX_SAMPLES, MAX_VEHICLES};
-use super::model::Traffic;
+use super::model::{Epoch, Traffic};
+use super::names::as_shown;
 use super::validate::check_name;
 use super::vehicle::Vehicle;
 use super::{TrafficError, named};
@@ -31,7 +32,7 @@ struct Part {
 }
 
 impl Joined {
-    /// Adds a file. Fails if its unit differs from that of the first file, or if there are too many samples or vehicles.
+    /// Adds a file. Fails if its unit or clock differs from that of the first file, or if there are too many samples or vehicles.
     pub(crate) fn add(&mut self, file: String, stem: String, traffic: Traffic) -> Result<(), TrafficError> {
         let refuse = |message: String| Err(named(&file)(Fault::whole(message)));
         if let Some(first) = self.files.first().filter(|first| first.traffic.unit() != traffic.unit()) {
@@ -43,6 +44,14 @@ impl Joined {
                 "is in {this}, but {} in {other}; all traffic files of a run must be in one unit; convert one, or set \
                  traffic.coordinates if the unit was misjudged",
                 quoted(&first.file)
+            ));
+        }
+        if let Some(first) = self.files.first().filter(|first| first.traffic.epoch != traffic.epoch) {
+            return refuse(format!(
+                "has {}, but {} has {}; all traffic files of a run must have one clock; write all times alike",
+                traffic.epoch.name(),
+                quoted(&first.file),
+                first.traffic.epoch.name()
             ));
         }
         self.samples += traffic.vehicles.iter().map(Vehicle::samples).sum::<usize>();
@@ -68,19 +77,20 @@ impl Joined {
         self.number_equal_stems();
         let mut occurrences: BTreeMap<String, usize> = BTreeMap::new();
         for vehicle in self.files.iter().flat_map(|part| &part.traffic.vehicles) {
-            *occurrences.entry(vehicle.name().to_owned()).or_default() += 1;
+            *occurrences.entry(as_shown(vehicle.name())).or_default() += 1;
         }
         let mut vehicles = Vec::with_capacity(self.vehicles);
         let mut notes = Vec::new();
-        let mut origin = None;
+        let (mut origin, mut epoch) = (None, Epoch::File);
         for Part { file, stem, traffic } in self.files {
             origin = origin.or(traffic.origin);
+            epoch = traffic.epoch;
             notes.extend(traffic.notes.iter().map(|note| format!("{file}: {note}")));
             for mut vehicle in traffic.vehicles {
-                if occurrences.get(vehicle.name()).is_some_and(|&count| count > 1) {
+                if occurrences.get(&as_shown(vehicle.name())).is_some_and(|&count| count > 1) {
                     let name = format!("{stem}/{}", vehicle.name());
                     check_name("id", &name).map_err(refuse)?;
-                    if occurrences.contains_key(&name) {
+                    if occurrences.contains_key(&as_shown(&name)) {
                         return Err(refuse(format!(
                             "vehicle {} occurs in several files; rename it in one",
                             quoted(&name)
@@ -95,7 +105,7 @@ impl Joined {
         check_crowd(&vehicles).map_err(refuse)?;
         let begin_us = vehicles.iter().map(Vehicle::first_us).min().unwrap_or_default();
         let end_us = vehicles.iter().map(Vehicle::last_us).max().unwrap_or_default();
-        Ok(Traffic { vehicles, begin_us, end_us, origin, notes })
+        Ok(Traffic { vehicles, begin_us, end_us, origin, notes, epoch })
     }
 
     /// Appends the number of the file to stems that several files have.
@@ -154,6 +164,39 @@ mod tests {
         assert_eq!(traffic.origin.map(|origin| origin.latitude_deg), Some(44.0));
         let north_m = traffic.vehicles[1].at(0).unwrap().y_m;
         assert!((1_110.0..1_112.0).contains(&north_m), "{north_m}");
+    }
+
+    #[test]
+    fn files_with_different_clocks_are_refused() {
+        let file = |time: [&str; 2], name: &str| {
+            let text = format!("t,id,x,y\n{},{name},0,0\n{},{name},9,0\n", time[0], time[1]);
+            read_from(text.as_bytes(), name, &Options::default()).unwrap()
+        };
+        let utc = || file(["2026-07-01T08:00:00Z", "2026-07-01T08:00:01+00:00"], "utc");
+        let both = |first: Traffic, second: Traffic| {
+            let mut joined = Joined::default();
+            joined.add("a.csv".to_owned(), "a".to_owned(), first).unwrap();
+            joined.add("b.csv".to_owned(), "b".to_owned(), second).map_err(|error| error.to_string())
+        };
+        let local = file(["2026-07-01T10:00:00", "2026-07-01T10:00:01"], "local");
+        assert_eq!(
+            both(utc(), local.clone()).unwrap_err(),
+            "b.csv: has dates without an offset from UTC, but \"a.csv\" has times in UTC (dates with an offset, or seconds \
+             since 1970); all traffic files of a run must have one clock; write all times alike"
+        );
+        let own = both(utc(), file(["0", "1"], "own")).unwrap_err();
+        assert!(own.starts_with("b.csv: has times from a start of its own, but \"a.csv\" has times in UTC"), "{own}");
+        assert!(both(local.clone(), file(["1782892800", "1782892801"], "unix")).is_err());
+        assert!(both(utc(), file(["1782892800", "1782892801"], "unix")).is_ok(), "both count from 1970");
+        assert!(both(file(["5", "6"], "own"), file(["0", "1"], "other")).is_ok());
+        assert!(both(local.clone(), local).is_ok());
+    }
+
+    #[test]
+    fn names_that_look_the_same_in_two_files_get_the_names_of_the_files() {
+        let traffic = joined("x,y", &[("a", "0,caf\u{e9},0,0\n"), ("b", "0,cafe\u{301},0,0\n")]).unwrap();
+        let names: Vec<_> = traffic.vehicles.iter().map(Vehicle::name).collect();
+        assert_eq!(names, ["a/caf\u{e9}", "b/cafe\u{301}"]);
     }
 
     #[test]

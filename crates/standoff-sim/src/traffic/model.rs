@@ -16,8 +16,8 @@ pub(super) static TRAFFIC: Expectation =
 pub struct Options {
     /// Unit of the file's coordinates.
     pub coordinates: Coordinates,
-    /// Gap limit, s, finite and above 0: a vehicle without samples for longer is absent during the gap. `None`: 2.5
-    /// times the median step between samples of a vehicle, and at least 1 s.
+    /// Gap limit, s, finite and above 0: a vehicle without samples for longer is absent during the gap, unless it is
+    /// parked. `None`: 2.5 times the median step between samples of a vehicle, and at least 1 s.
     pub gap_s: Option<f64>,
     /// Whether persons and containers of SUMO are targets.
     pub persons: Persons,
@@ -90,8 +90,40 @@ pub struct Traffic {
     pub end_us: i64,
     /// Origin of the local frame; `None` if the file was in metres.
     pub origin: Option<Origin>,
-    /// What is implausible in the file, for the user.
+    /// What is implausible or ambiguous in the file, for the user.
     pub notes: Vec<String>,
+    /// What its times count from.
+    pub(super) epoch: Epoch,
+}
+
+/// What the times of a file count from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Epoch {
+    /// A start of its own.
+    File,
+    /// The start of 1970 in UTC.
+    Utc,
+    /// The start of 1970 in an unknown time zone.
+    Local,
+}
+
+/// First time that counts from 1970 rather than from the start of a recording, microseconds: March 1973.
+const SINCE_1970_US: i64 = 100_000_000_000_000;
+
+impl Epoch {
+    /// Returns the epoch of times that are numbers, the first of them `begin_us`.
+    pub(super) fn of_numbers(begin_us: i64) -> Self {
+        if begin_us >= SINCE_1970_US { Self::Utc } else { Self::File }
+    }
+
+    /// Describes the times, for messages.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::File => "times from a start of its own",
+            Self::Utc => "times in UTC (dates with an offset, or seconds since 1970)",
+            Self::Local => "dates without an offset from UTC",
+        }
+    }
 }
 
 impl Traffic {

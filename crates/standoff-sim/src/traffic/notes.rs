@@ -2,11 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use standoff::research::math;
 use standoff_io::display_text::{count, quoted};
 
 use super::validate::seconds;
-use super::vehicle::Sample;
+use super::vehicle::{Gaps, Sample};
 
 /// Speed above which a position is probably wrong, m/s: no car is faster.
 const FAST_M_S: f64 = 100.0;
@@ -14,64 +13,45 @@ const FAST_M_S: f64 = 100.0;
 const SLOW_M_S: f64 = 0.1;
 /// Distance that shows that a vehicle moves, m.
 const MOVED_M: f64 = 20.0;
+/// Minimum distance from the first sample to the last that shows a drive, as read from kilometres, m.
+const STEADY_M: f64 = 0.05;
+/// Minimum share of this distance in the path of a drive; the noise of a parked vehicle has less.
+const STEADY: f64 = 0.8;
+/// Minimum number of samples of such a drive.
+const STEADY_SAMPLES: usize = 5;
+/// Share of its time that a vehicle may be absent without a note.
+const ABSENT: f64 = 0.1;
 /// Maximum number of vehicles that are named in a note.
 const NAMED: usize = 3;
 
-/// Returns the notes about the vehicles of a file, in metres, and their samples without a position. `gap_us` is the gap
-/// limit of a vehicle.
-pub(super) fn of(
-    vehicles: &BTreeMap<String, Vec<Sample>>,
-    without_position: &BTreeMap<String, usize>,
-    gap_us: impl Fn(&Vec<Sample>) -> i64,
-) -> Vec<String> {
-    let (mut jumps, mut gaps) = (Vec::new(), Vec::new());
-    let (mut steps, mut fast_steps) = (0, 0);
-    let (mut fastest_m_s, mut furthest_m) = (0.0f64, 0.0f64);
-    for (name, samples) in vehicles {
-        let gap_us = gap_us(samples);
-        let mut jump: Option<(f64, i64)> = None;
-        let mut absent = 0;
-        for pair in samples.windows(2) {
-            let step_us = pair[1].time_us - pair[0].time_us;
-            if step_us > gap_us {
-                absent += 1;
-                continue;
-            }
-            let speed_m_s = distance_m(&pair[0], &pair[1]) / seconds(step_us);
-            fastest_m_s = fastest_m_s.max(speed_m_s);
-            steps += 1;
-            fast_steps += usize::from(speed_m_s > FAST_M_S);
-            if speed_m_s > FAST_M_S && jump.is_none_or(|(fastest_m_s, _)| speed_m_s > fastest_m_s) {
-                jump = Some((speed_m_s, pair[1].time_us));
-            }
-            furthest_m = furthest_m.max(distance_m(&samples[0], &pair[1]));
-        }
-        if let Some((speed_m_s, time_us)) = jump {
-            jumps.push(format!("{} with {speed_m_s:.0} m/s before time = {} s", quoted(name), seconds(time_us)));
-        }
-        if samples.len() >= 3 && 2 * absent >= samples.len() - 1 {
-            gaps.push(format!("{} ({absent} gaps)", quoted(name)));
-        }
-    }
-    let mut notes = Vec::new();
-    if !jumps.is_empty() {
-        let what = format!("{} above {FAST_M_S} m/s between two samples", count(jumps.len(), "vehicle"));
-        let advice = match 2 * fast_steps > steps {
-            true => "are the times in another unit? then correct the name or the values of their column",
-            false => "is a position wrong? correct it or remove the sample",
-        };
-        notes.push(format!("{what}: {}; {advice}", some(&jumps)));
-    }
-    if !gaps.is_empty() {
-        let what = format!("{} absent between most samples", count(gaps.len(), "vehicle"));
-        notes.push(format!("{what}: {}; a longer traffic.gap_s keeps them", some(&gaps)));
-    }
-    if fastest_m_s > 0.0 && fastest_m_s < SLOW_M_S && furthest_m > MOVED_M {
+/// A vehicle of a file, in metres: its name and samples, and the gaps between them.
+type Found<'a> = ((&'a String, &'a Vec<Sample>), &'a Gaps);
+
+/// What the reader found in a file apart from samples.
+pub(super) struct Oddities<'a> {
+    /// Samples without a position, by vehicle.
+    pub(super) without_position: &'a BTreeMap<String, usize>,
+    /// Pairs of names that may be spellings of one.
+    pub(super) alike: &'a [[String; 2]],
+    /// Position that may have a separator of thousands, and whether others are whole numbers.
+    pub(super) thousands: Option<&'a (String, bool)>,
+}
+
+/// Returns the notes about a file.
+pub(super) fn of<'a>(vehicles: impl Iterator<Item = Found<'a>> + Clone, oddities: &Oddities<'_>) -> Vec<String> {
+    let Oddities { without_position, alike, thousands } = oddities;
+    let motion = Motion::of(vehicles.clone());
+    let mut notes: Vec<String> = motion.jumps().into_iter().collect();
+    notes.extend(absences(vehicles.clone(), false));
+    notes.extend(absences(vehicles, true));
+    if !alike.is_empty() {
+        let pairs: Vec<_> = alike.iter().map(|[one, other]| format!("{} and {}", quoted(one), quoted(other))).collect();
         notes.push(format!(
-            "no vehicle is faster than {fastest_m_s:.3} m/s, although one moves {furthest_m:.0} m; are the times \
-             milliseconds? then call their column time_ms"
+            "names that may be of one vehicle, but are read as two: {}; write them alike if they are of one",
+            some(&pairs)
         ));
     }
+    notes.extend(motion.slowness(*thousands));
     if !without_position.is_empty() {
         let rows: usize = without_position.values().sum();
         let named: Vec<_> = without_position.iter().map(|(name, rows)| format!("{} ({rows})", quoted(name))).collect();
@@ -80,8 +60,102 @@ pub(super) fn of(
     notes
 }
 
-fn distance_m(one: &Sample, other: &Sample) -> f64 {
-    math::hypot(other.x - one.x, other.y - one.y)
+/// Motion of all vehicles of a file.
+#[derive(Default)]
+struct Motion {
+    /// Vehicles that are too fast, each with its highest speed and the time.
+    jumps: Vec<String>,
+    steps: usize,
+    fast_steps: usize,
+    fastest_m_s: f64,
+    /// Greatest distance of a vehicle from its first position.
+    furthest_m: f64,
+    /// True if a vehicle moves as on a drive, and not as by the noise of its position.
+    is_steady: bool,
+}
+
+impl Motion {
+    fn of<'a>(vehicles: impl Iterator<Item = Found<'a>>) -> Self {
+        let mut all = Self::default();
+        for ((name, samples), gaps) in vehicles {
+            let mut jump: Option<(f64, i64)> = None;
+            let mut path_m = 0.0;
+            for pair in samples.windows(2).filter(|pair| !gaps.separate(&pair[0], &pair[1])) {
+                let step_m = pair[0].distance_m(&pair[1]);
+                let speed_m_s = step_m / seconds(pair[1].time_us - pair[0].time_us);
+                path_m += step_m;
+                all.fastest_m_s = all.fastest_m_s.max(speed_m_s);
+                all.furthest_m = all.furthest_m.max(samples[0].distance_m(&pair[1]));
+                all.steps += 1;
+                all.fast_steps += usize::from(speed_m_s > FAST_M_S);
+                if speed_m_s > FAST_M_S && jump.is_none_or(|(fastest_m_s, _)| speed_m_s > fastest_m_s) {
+                    jump = Some((speed_m_s, pair[1].time_us));
+                }
+            }
+            if let Some((speed_m_s, time_us)) = jump {
+                let time_s = seconds(time_us);
+                all.jumps.push(format!("{} with {speed_m_s:.0} m/s before time = {time_s} s", quoted(name)));
+            }
+            let way_m = samples.first().zip(samples.last()).map_or(0.0, |(first, last)| first.distance_m(last));
+            all.is_steady |= samples.len() >= STEADY_SAMPLES && way_m >= STEADY_M && way_m >= STEADY * path_m;
+        }
+        all
+    }
+
+    /// Returns a note about vehicles that are too fast.
+    fn jumps(&self) -> Option<String> {
+        let what = format!("{} above {FAST_M_S} m/s between two samples", count(self.jumps.len(), "vehicle"));
+        let advice = match 2 * self.fast_steps > self.steps {
+            true => "are the times in another unit? then correct the name or the values of their column",
+            false => "is a position wrong? correct it or remove the sample",
+        };
+        (!self.jumps.is_empty()).then(|| format!("{what}: {}; {advice}", some(&self.jumps)))
+    }
+
+    /// Returns a note if all vehicles are too slow, or if positions may have separators of thousands.
+    fn slowness(&self, thousands: Option<&(String, bool)>) -> Option<String> {
+        let Self { fastest_m_s, furthest_m, .. } = *self;
+        let is_slow = fastest_m_s > 0.0 && fastest_m_s < SLOW_M_S;
+        let slowest = format!("no vehicle is faster than {fastest_m_s:.3} m/s, although one");
+        match thousands {
+            Some((example, has_whole_numbers)) if is_slow || *has_whole_numbers => Some(format!(
+                "{example} is read as a decimal number, but may mean thousands, because every decimal sign has three \
+                 digits after it; if so, write the positions without it"
+            )),
+            _ if is_slow && furthest_m > MOVED_M => Some(format!(
+                "{slowest} moves {furthest_m:.0} m; are the times milliseconds? then call their column time_ms"
+            )),
+            _ if is_slow && self.is_steady => {
+                Some(format!("{slowest} moves steadily; are the positions kilometres? then convert them to metres"))
+            }
+            _ => None,
+        }
+    }
+}
+
+/// Returns a note about the vehicles that are absent for a considerable share of their time: between segments of their
+/// tracks, or otherwise between samples.
+fn absences<'a>(vehicles: impl Iterator<Item = Found<'a>>, between_segments: bool) -> Option<String> {
+    let mut absent = Vec::new();
+    for ((name, samples), gaps) in vehicles {
+        let step_us = |pair: &[Sample]| pair[1].time_us - pair[0].time_us;
+        let is_gap =
+            |pair: &&[Sample]| gaps.separate(&pair[0], &pair[1]) && gaps.break_at(&pair[1]) == between_segments;
+        let steps_us: Vec<i64> = samples.windows(2).filter(is_gap).map(step_us).collect();
+        let whole_us: i64 = samples.windows(2).map(step_us).sum();
+        let share = steps_us.iter().sum::<i64>() as f64 / whole_us as f64;
+        if share >= ABSENT {
+            absent.push(format!("{} ({:.0} %, {})", quoted(name), 100.0 * share, count(steps_us.len(), "gap")));
+        }
+    }
+    let [place, advice] = match between_segments {
+        true => ["segments of their tracks", "join the segments if they were there"],
+        false => ["samples", "a longer traffic.gap_s keeps them"],
+    };
+    (!absent.is_empty()).then(|| {
+        let vehicles = count(absent.len(), "vehicle");
+        format!("{vehicles} absent between {place} for at least a tenth of the time: {}; {advice}", some(&absent))
+    })
 }
 
 /// Lists the first names, and the number of the others.

@@ -7,7 +7,7 @@ use standoff_io::bounded_input;
 use standoff_io::text_source::Fault;
 use standoff_io::text_source::limits::MAX_TEXT;
 use standoff_record::RecordError;
-use standoff_record::column::{self, Columns, Declaration, Field, Part, Row};
+use standoff_record::column::{Columns, Declaration, Field, Part, Row};
 use standoff_record::table::{TableReader, source};
 
 use super::build::Builder;
@@ -15,10 +15,29 @@ use super::model::{Options, Persons, Traffic};
 use super::validate;
 use super::vehicle::Sample;
 
-/// Columns that distinguish persons and containers from vehicles.
-const TYPE: &str = "vehicle_type";
-const LANE: &str = "vehicle_lane";
-const EDGE: &str = "vehicle_edge";
+/// Elements after which SUMO names the columns; that of the first row counts.
+const ELEMENTS: [Names; 3] = [
+    Names {
+        needed: ["vehicle_id", "vehicle_x", "vehicle_y"],
+        optional: ["vehicle_type", "vehicle_lane", "vehicle_edge"],
+    },
+    Names { needed: ["person_id", "person_x", "person_y"], optional: ["person_type", "person_lane", "person_edge"] },
+    Names {
+        needed: ["container_id", "container_x", "container_y"],
+        optional: ["container_type", "container_lane", "container_edge"],
+    },
+];
+
+/// Names of columns.
+struct Names {
+    /// Vehicle, x and y.
+    needed: [&'static str; 3],
+    /// Type, lane and edge, which distinguish persons and containers from vehicles.
+    optional: [&'static str; 3],
+}
+
+/// Sets of optional columns, by their indices: `sumo --fcd-output.attributes` can leave out columns.
+const OPTIONAL: [&[usize]; 4] = [&[0, 1, 2], &[0], &[1, 2], &[]];
 
 /// First bytes of a Parquet file.
 const MAGIC: [u8; 4] = *b"PAR1";
@@ -48,21 +67,29 @@ impl Row for FcdRow {
 
 impl Field for FcdRow {
     fn declare<T: 'static>(_: Declaration, columns: &mut Columns<T>, part: impl Part<T, Self>) {
-        Option::declare(Declaration::new("timestep_time", ""), columns, move |row| &mut part(row).time_s);
-        Option::declare(Declaration::new("vehicle_id", ""), columns, move |row| &mut part(row).vehicle);
-        Option::declare(Declaration::new("vehicle_x", ""), columns, move |row| &mut part(row).x);
-        Option::declare(Declaration::new("vehicle_y", ""), columns, move |row| &mut part(row).y);
+        declare(&ELEMENTS[0], columns, part);
     }
+}
+
+/// Adds the columns that every file has.
+fn declare<T: 'static>(names: &Names, columns: &mut Columns<T>, part: impl Part<T, FcdRow>) {
+    let [vehicle, x, y] = names.needed.map(|name| Declaration::new(name, ""));
+    Option::declare(Declaration::new("timestep_time", ""), columns, move |row| &mut part(row).time_s);
+    Option::declare(vehicle, columns, move |row| &mut part(row).vehicle);
+    Option::declare(x, columns, move |row| &mut part(row).x);
+    Option::declare(y, columns, move |row| &mut part(row).y);
 }
 
 pub(super) fn read(path: &Path, options: &Options) -> Result<Traffic, Fault> {
     let file = source(path).map_err(|error| fault(&error))?;
-    let reader = |optional: &[&'static str]| {
-        TableReader::of(path.to_owned(), FcdRow::default(), columns(optional), [file.clone()])
+    let reader = |names: &Names, optional: &[usize]| {
+        TableReader::of(path.to_owned(), FcdRow::default(), columns(names, optional), [file.clone()])
     };
-    // `sumo --fcd-output.attributes` can leave out columns.
-    let table = reader(&[TYPE, LANE, EDGE]).or_else(|_| reader(&[TYPE])).or_else(|_| reader(&[LANE, EDGE]));
-    let mut table = table.or_else(|_| reader(&[])).map_err(|error| fault(&error))?;
+    let readers = ELEMENTS.iter().flat_map(|names| OPTIONAL.iter().map(|optional| reader(names, optional)));
+    let mut table = match readers.flatten().next() {
+        Some(table) => table,
+        None => reader(&ELEMENTS[0], &[]).map_err(|error| fault(&error))?,
+    };
     let mut builder = Builder::default();
     let mut index = 0;
     while let Some(row) = table.next_row().map_err(|error| fault(&error))? {
@@ -89,15 +116,13 @@ pub(super) fn read(path: &Path, options: &Options) -> Result<Traffic, Fault> {
 }
 
 /// Returns the columns of a file, with some of the optional ones.
-fn columns(optional: &[&'static str]) -> Columns<FcdRow> {
-    let mut columns = column::columns();
-    for &name in optional {
-        let field: fn(&mut FcdRow) -> &mut Option<String> = match name {
-            TYPE => |row| &mut row.kind,
-            LANE => |row| &mut row.lane,
-            _ => |row| &mut row.edge,
-        };
-        Option::declare(Declaration::new(name, ""), &mut columns, field);
+fn columns(names: &Names, optional: &[usize]) -> Columns<FcdRow> {
+    let mut columns = Columns::new();
+    declare(names, &mut columns, |row| row);
+    for &index in optional {
+        let fields: [fn(&mut FcdRow) -> &mut Option<String>; 3] =
+            [|row| &mut row.kind, |row| &mut row.lane, |row| &mut row.edge];
+        Option::declare(Declaration::new(names.optional[index], ""), &mut columns, fields[index]);
     }
     columns
 }
@@ -124,9 +149,9 @@ mod tests {
     use super::*;
 
     /// Writes rows of time, vehicle, x, y, type, lane and edge, with some of the optional columns.
-    fn write(path: &Path, optional: &[&'static str], rows: &[(f64, &str, f64, f64, &str, &str, &str)]) {
+    fn write(path: &Path, names: &Names, optional: &[usize], rows: &[(f64, &str, f64, f64, &str, &str, &str)]) {
         let text = |text: &str| (!text.is_empty()).then(|| text.to_owned());
-        let mut table = TableWriter::with_columns(path.to_owned(), columns(optional)).unwrap();
+        let mut table = TableWriter::with_columns(path.to_owned(), columns(names, optional)).unwrap();
         let mut rows: Vec<FcdRow> = rows
             .iter()
             .map(|&(time_s, vehicle, x, y, kind, lane, edge)| FcdRow {
@@ -154,24 +179,27 @@ mod tests {
             (1.0, "p1", 0.0, 6.0, "tourist", "", "e"),
             (2.0, "car", 30.0, 0.0, "car", "e_0", ""),
         ];
-        let names = |optional: &[&'static str], persons| {
-            write(&path, optional, &rows);
+        let names_of = |names, optional: &[usize], persons| {
+            write(&path, names, optional, &rows);
             let traffic = read_traffic(&path, &Options { persons, ..Options::default() }).unwrap();
             assert_eq!((traffic.begin_us, traffic.end_us, traffic.origin), (1_000_000, 2_000_000, None));
             traffic.vehicles.iter().map(|vehicle| vehicle.name().to_owned()).collect::<Vec<_>>()
         };
-        assert_eq!(names(&[TYPE, LANE, EDGE], Persons::Ignored), ["car"]);
-        assert_eq!(names(&[LANE, EDGE], Persons::Ignored), ["car"]);
-        assert_eq!(names(&[TYPE], Persons::Ignored), ["car", "p1"]);
-        assert_eq!(names(&[TYPE, LANE, EDGE], Persons::Included), ["car", "p0", "p1"]);
-        assert_eq!(names(&[], Persons::Ignored), ["car", "p0", "p1"]);
+        for element in &ELEMENTS {
+            let names = |optional: &[usize], persons| names_of(element, optional, persons);
+            assert_eq!(names(&[0, 1, 2], Persons::Ignored), ["car"]);
+            assert_eq!(names(&[1, 2], Persons::Ignored), ["car"]);
+            assert_eq!(names(&[0], Persons::Ignored), ["car", "p1"]);
+            assert_eq!(names(&[0, 1, 2], Persons::Included), ["car", "p0", "p1"]);
+            assert_eq!(names(&[], Persons::Ignored), ["car", "p0", "p1"]);
+        }
     }
 
     #[test]
     fn damaged_and_other_tables_are_refused() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("fcd.parquet");
-        write(&path, &[], &[(0.0, "a", 0.0, 0.0, "", "", ""), (1.0, "a", 1e9, 0.0, "", "", "")]);
+        write(&path, &ELEMENTS[0], &[], &[(0.0, "a", 0.0, 0.0, "", "", ""), (1.0, "a", 1e9, 0.0, "", "", "")]);
         let refused = || read_traffic(&path, &Options::default()).unwrap_err().message;
         assert!(refused().starts_with("row 2: vehicle_x = \"1000000000\" is out of range"), "{}", refused());
         let whole = fs::read(&path).unwrap();

@@ -1,5 +1,14 @@
 //! One vehicle of a traffic file: its samples and the interpolation between them.
 
+use standoff::research::math;
+
+use super::validate::seconds;
+
+/// Maximum distance that a parked vehicle seems to move while it is not sampled, m: the error of GPS.
+const PARKED_M: f64 = 10.0;
+/// Speed below which a vehicle that is not sampled is parked, m/s.
+const PARKED_M_S: f64 = 0.5;
+
 /// One vehicle at one time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Sample {
@@ -8,6 +17,37 @@ pub(super) struct Sample {
     pub(super) y: f64,
     /// NaN if it is to be computed from the positions. Single precision keeps large files small.
     pub(super) velocity: [f32; 2],
+}
+
+impl Sample {
+    /// Distance to another sample, m.
+    pub(super) fn distance_m(&self, other: &Self) -> f64 {
+        math::hypot(other.x - self.x, other.y - self.y)
+    }
+}
+
+/// Gaps between the samples of a vehicle, in which it is absent.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Gaps {
+    /// Longest time between two samples without a gap, microseconds.
+    pub(super) limit_us: i64,
+    /// Times of the samples that begin a new segment of the track, in order, microseconds.
+    pub(super) breaks_us: Vec<i64>,
+}
+
+impl Gaps {
+    /// Returns whether the vehicle is absent between two consecutive samples, in metres. A vehicle that is afterwards
+    /// where it was before has been parked, as loggers sleep then.
+    pub(super) fn separate(&self, before: &Sample, after: &Sample) -> bool {
+        let step_us = after.time_us - before.time_us;
+        let way_m = before.distance_m(after);
+        (step_us > self.limit_us || self.break_at(after)) && (way_m > PARKED_M || way_m > PARKED_M_S * seconds(step_us))
+    }
+
+    /// Returns whether a sample begins a new segment of the track.
+    pub(super) fn break_at(&self, sample: &Sample) -> bool {
+        self.breaks_us.binary_search(&sample.time_us).is_ok()
+    }
 }
 
 /// State of a vehicle at some time, in the local frame: x east, y north.
@@ -29,16 +69,16 @@ pub struct Vehicle {
     name: String,
     /// Samples by strictly increasing time; never empty.
     samples: Vec<Sample>,
-    gap_us: i64,
+    gaps: Gaps,
 }
 
 impl Vehicle {
     /// Creates a vehicle from samples in metres by strictly increasing time; samples without a velocity get the slope
     /// of the positions.
-    pub(super) fn new(name: String, mut samples: Vec<Sample>, gap_us: i64) -> Self {
-        fill_velocities(&mut samples, gap_us);
+    pub(super) fn new(name: String, mut samples: Vec<Sample>, gaps: Gaps) -> Self {
+        fill_velocities(&mut samples, &gaps);
         samples.shrink_to_fit();
-        Self { name, samples, gap_us }
+        Self { name, samples, gaps }
     }
 
     /// Adds the vehicle to a checksum.
@@ -47,7 +87,8 @@ impl Vehicle {
             crc.update(&(length as u64).to_le_bytes());
         }
         crc.update(self.name.as_bytes());
-        crc.update(&self.gap_us.to_le_bytes());
+        crc.update(&self.gaps.limit_us.to_le_bytes());
+        self.gaps.breaks_us.iter().for_each(|time_us| crc.update(&time_us.to_le_bytes()));
         for Sample { time_us, x, y, velocity } in &self.samples {
             crc.update(&time_us.to_le_bytes());
             [x, y].into_iter().for_each(|value| crc.update(&value.to_le_bytes()));
@@ -86,8 +127,7 @@ impl Vehicle {
     }
 
     /// Returns the state at `time_us` (microseconds, on the clock of the file), interpolated linearly between the
-    /// neighbouring samples. `None` before the first sample, after the last, and between samples further apart than the
-    /// gap limit.
+    /// neighbouring samples. `None` before the first sample, after the last, and in gaps.
     pub fn at(&self, time_us: i64) -> Option<VehicleState> {
         let index = self.samples.partition_point(|sample| sample.time_us < time_us);
         let after = self.samples.get(index)?;
@@ -96,7 +136,8 @@ impl Vehicle {
         }
         let before = self.samples.get(index.checked_sub(1)?)?;
         let step_us = after.time_us - before.time_us;
-        (step_us <= self.gap_us).then(|| between(before, after, (time_us - before.time_us) as f64 / step_us as f64))
+        let part = (time_us - before.time_us) as f64 / step_us as f64;
+        (!self.gaps.separate(before, after)).then(|| between(before, after, part))
     }
 }
 
@@ -112,15 +153,15 @@ fn between(before: &Sample, after: &Sample, part: f64) -> VehicleState {
 }
 
 /// Fills in missing velocities: the slope between the neighbours that no gap separates, or zero for an isolated sample.
-fn fill_velocities(samples: &mut [Sample], gap_us: i64) {
+fn fill_velocities(samples: &mut [Sample], gaps: &Gaps) {
     for index in 0..samples.len() {
         let here = samples[index];
         if !here.velocity[0].is_nan() {
             continue;
         }
-        let near = |other: &&Sample| (other.time_us - here.time_us).abs() <= gap_us;
-        let before = index.checked_sub(1).and_then(|other| samples.get(other)).filter(near).unwrap_or(&here);
-        let after = samples.get(index + 1).filter(near).unwrap_or(&here);
+        let before = index.checked_sub(1).and_then(|other| samples.get(other));
+        let before = before.filter(|before| !gaps.separate(before, &here)).unwrap_or(&here);
+        let after = samples.get(index + 1).filter(|after| !gaps.separate(&here, after)).unwrap_or(&here);
         let seconds = (after.time_us - before.time_us) as f64 / 1e6;
         samples[index].velocity = if seconds > 0.0 {
             [((after.x - before.x) / seconds) as f32, ((after.y - before.y) / seconds) as f32]
@@ -136,7 +177,7 @@ mod tests {
 
     fn vehicle(samples: &[(i64, f64, f64)], gap_us: i64) -> Vehicle {
         let samples = samples.iter().map(|&(time_us, x, y)| Sample { time_us, x, y, velocity: [f32::NAN; 2] });
-        Vehicle::new("v".to_string(), samples.collect(), gap_us)
+        Vehicle::new("v".to_string(), samples.collect(), Gaps { limit_us: gap_us, ..Gaps::default() })
     }
 
     fn state(x_m: f64, y_m: f64, vx_m_s: f64, vy_m_s: f64) -> Option<VehicleState> {
@@ -167,6 +208,26 @@ mod tests {
     }
 
     #[test]
+    fn a_vehicle_that_is_where_it_was_before_a_gap_has_been_parked() {
+        const S: i64 = 1_000_000;
+        let exists = |samples: &[(i64, f64, f64)]| vehicle(samples, S).at(5 * S).is_some();
+        assert!(exists(&[(0, 0.0, 0.0), (60 * S, 0.0, 0.0)]));
+        assert!(exists(&[(0, 0.0, 0.0), (60 * S, 6.0, -8.0)]), "10 m, as GPS is not exact");
+        assert!(!exists(&[(0, 0.0, 0.0), (60 * S, 6.0, -8.1)]));
+        assert!(!exists(&[(0, 0.0, 0.0), (6 * S, 3.1, 0.0)]), "it moves");
+    }
+
+    #[test]
+    fn a_vehicle_is_absent_before_a_new_segment_unless_it_is_parked() {
+        let sample = |time_us, x| Sample { time_us, x, y: 0.0, velocity: [f32::NAN; 2] };
+        let gaps = Gaps { limit_us: 10_000_000, breaks_us: vec![2_000_000, 4_000_000] };
+        let samples = vec![sample(0, 0.0), sample(2_000_000, 20.0), sample(4_000_000, 20.5)];
+        let vehicle = Vehicle::new("v".to_string(), samples, gaps);
+        assert_eq!([1_000_000, 3_000_000].map(|time_us| vehicle.at(time_us).is_some()), [false, true]);
+        assert_eq!(vehicle.at(0).unwrap().vx_m_s, 0.0, "no slope reaches into the next segment");
+    }
+
+    #[test]
     fn slopes_do_not_reach_across_a_gap() {
         let samples = [(0, 0.0, 0.0), (1_000_000, 1.0, 0.0), (9_000_000, 100.0, 0.0), (10_000_000, 103.0, 0.0)];
         let vehicle = vehicle(&samples, 1_000_000);
@@ -183,7 +244,7 @@ mod tests {
     fn velocities_from_the_file_are_kept() {
         let sample = |time_us, velocity| Sample { time_us, x: 0.0, y: 0.0, velocity };
         let samples = vec![sample(0, [3.0, 4.0]), sample(1, [f32::NAN; 2])];
-        let vehicle = Vehicle::new("v".to_string(), samples, 1);
+        let vehicle = Vehicle::new("v".to_string(), samples, Gaps { limit_us: 1, ..Gaps::default() });
         assert_eq!((vehicle.at(0), vehicle.at(1)), (state(0.0, 0.0, 3.0, 4.0), state(0.0, 0.0, 0.0, 0.0)));
     }
 }

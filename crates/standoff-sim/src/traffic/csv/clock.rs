@@ -3,6 +3,7 @@
 use chrono::{DateTime, FixedOffset, NaiveDateTime};
 use standoff_io::display_text::quoted;
 
+use super::super::model::Epoch;
 use super::super::validate::{LOGGED_MILLISECONDS, LOGGED_SECONDS, Quantity};
 
 /// Number format of a table. If no commas separate its fields, the first number with a decimal sign determines that
@@ -36,10 +37,29 @@ impl Numbers {
     }
 }
 
-/// Time format of a table; the first row determines it.
-pub(super) struct Clock {
+/// Time format of a file; the first time determines it.
+#[derive(Default)]
+pub(in super::super) struct Clock {
     in_milliseconds: bool,
-    form: Option<&'static str>,
+    form: Option<Form>,
+}
+
+/// Form of a time.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Form {
+    Number,
+    WithOffset,
+    WithoutOffset,
+}
+
+impl Form {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Number => "number",
+            Self::WithOffset => "date-time with an offset",
+            Self::WithoutOffset => "date-time without an offset",
+        }
+    }
 }
 
 impl Clock {
@@ -60,28 +80,47 @@ impl Clock {
                     quoted(text)
                 ));
             }
-            None => ("number", (numbers.parse(key, text, quantity)? * unit_us).round() as i64),
+            None => (Form::Number, (numbers.parse(key, text, quantity)? * unit_us).round() as i64),
         };
-        match self.form.replace(form) {
-            Some(before) if before != form => {
-                Err(format!("{key} = {} is a {form}, the time before it a {before}; write all alike", quoted(text)))
+        self.check_form(key, text, form)?;
+        Ok(time_us)
+    }
+
+    /// Parses `text`, the value of `key`, as a date and time; returns microseconds since 1970.
+    pub(in super::super) fn date_time_us(&mut self, key: &str, text: &str) -> Result<i64, String> {
+        match date_time(text) {
+            Some((form, time_us)) if (-9e15..=9e15).contains(&(time_us as f64)) => {
+                self.check_form(key, text, form)?;
+                Ok(time_us)
             }
-            _ => Ok(time_us),
+            _ => Err(format!("{key} = {} is not a date-time like 2026-03-01T12:00:00.5Z", quoted(text))),
         }
     }
-}
 
-/// Parses `text`, the value of `key`, as a date and time; returns microseconds since 1970.
-pub(in super::super) fn date_time_us(key: &str, text: &str) -> Result<i64, String> {
-    match date_time(text) {
-        Some((_, time_us)) if (-9e15..=9e15).contains(&(time_us as f64)) => Ok(time_us),
-        _ => Err(format!("{key} = {} is not a date-time like 2026-03-01T12:00:00.5Z", quoted(text))),
+    /// Rejects a form that the times before it do not have.
+    fn check_form(&mut self, key: &str, text: &str, form: Form) -> Result<(), String> {
+        match self.form.replace(form) {
+            Some(before) if before != form => {
+                let (text, form, before) = (quoted(text), form.name(), before.name());
+                Err(format!("{key} = {text} is a {form}, the time before it a {before}; write all alike"))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Returns what the times count from; the first of them is `begin_us`.
+    pub(in super::super) fn epoch(&self, begin_us: i64) -> Epoch {
+        match self.form {
+            Some(Form::WithOffset) => Epoch::Utc,
+            Some(Form::WithoutOffset) => Epoch::Local,
+            Some(Form::Number) | None => Epoch::of_numbers(begin_us),
+        }
     }
 }
 
 /// Parses a date and time in ISO 8601, with a T or a blank in between; returns the form and the microseconds since
 /// 1970.
-fn date_time(text: &str) -> Option<(&'static str, i64)> {
+fn date_time(text: &str) -> Option<(Form, i64)> {
     // Most files have numbers, which this skips quickly.
     if !text.contains(':') {
         return None;
@@ -99,8 +138,8 @@ fn date_time(text: &str) -> Option<(&'static str, i64)> {
             .find_map(|format| DateTime::parse_from_str(&text, format).ok())
     };
     match text.parse::<DateTime<FixedOffset>>().ok().or_else(zoned) {
-        Some(time) => Some(("date-time with an offset", time.timestamp_micros())),
-        None => Some(("date-time without an offset", local()?.and_utc().timestamp_micros())),
+        Some(time) => Some((Form::WithOffset, time.timestamp_micros())),
+        None => Some((Form::WithoutOffset, local()?.and_utc().timestamp_micros())),
     }
 }
 
