@@ -93,6 +93,19 @@ def test_tables_convert_to_data_frames() -> None:
         uavs["x_n"]
 
 
+def test_ids_of_tracks_and_groups_survive_pandas(tmp_path: Path) -> None:
+    """pandas reads integers with nulls as doubles."""
+    run = standoff.run("tour/10-unlabelled-detections", set={"duration_s": 20}, out=tmp_path / "run")
+    events, tracks, groups = (
+        (table.to_pandas(), pd.read_parquet(run.dir / f"{name}.parquet"))
+        for name, table in [("events", run.events), ("tracks", run.tracks), ("groups", run.groups)]
+    )
+    for of_events, of_tracks, of_groups in zip(events, tracks, groups, strict=True):
+        assert of_events.track_uid.isna().any() and of_events.track_uid.notna().sum() > 7
+        assert set(of_events.track_uid.dropna()) <= set(of_tracks.track_uid)
+        assert set(of_events.group_id.dropna()) <= set(of_groups.group_uid)
+
+
 def test_pandas_and_polars_are_optional(monkeypatch: pytest.MonkeyPatch) -> None:
     uavs = standoff.run("tour/01-one-uav").uavs
     for name in ("pandas", "polars"):

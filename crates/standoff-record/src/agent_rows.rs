@@ -108,8 +108,8 @@ fn event(event: &Event, team_state: &TeamState) -> EventRow {
         track_uid: event.track.and_then(uid_of),
         group: event.group.and_then(number),
         to_group: event.to_group.and_then(number),
-        group_id: event.group.map(|group| group.0),
-        to_group_id: event.to_group.map(|group| group.0),
+        group_id: event.group.map(group_uid_of),
+        to_group_id: event.to_group.map(group_uid_of),
         uavs: event.uav.map_or_else(assigned, |uav| vec![uav.0]),
         cause: event.kind.cause().map(str::to_owned),
         ..EventRow::default()
@@ -222,7 +222,7 @@ pub fn own_rows(agent: &Agent, agents: &mut PerAgentTables) {
             status,
             last_report_us: agent.last_report_at(uav).map(Time::us),
             group: group.and_then(|group| team_state.group_number(group)),
-            group_id: group.map(|group| group.0),
+            group_id: group.map(group_uid_of),
         }
     };
     agents.teammates.extend(agent.teammate_status().map(|(uav, status)| row(uav, Some(status))));
@@ -240,6 +240,9 @@ fn state(team_state: &TeamState, beliefs: &mut ReportedState) {
     tracks(team_state, |row| beliefs.tracks.push(row));
     groups(team_state, |row| beliefs.groups.push(row));
     beliefs.tentative.extend(team_state.tentative_tracks().map(tentative));
+    // The low bits of the ids have another order than the ids.
+    beliefs.tentative.sort_by_key(|row| row.track_uid);
+    beliefs.tentative.dedup_by_key(|row| row.track_uid);
 }
 
 fn tracks(team_state: &TeamState, mut put: impl FnMut(TrackRow)) {
@@ -287,7 +290,7 @@ fn groups(team_state: &TeamState, mut put: impl FnMut(GroupRow)) {
             convergence_threshold_m2_s: group.threshold_m2_s(),
             altitude_m: group.altitude_m,
             nearest_groupmate_m: group.nearest_groupmate_m,
-            group_uid: Some(group.id.0),
+            group_uid: Some(group_uid_of(group.id)),
         });
     }
 }
@@ -297,9 +300,17 @@ fn number_of(track: TrackId) -> u32 {
     track.label().map_or(NO_TARGET, |label| label.0)
 }
 
-/// Id of a track without label, less 2^63.
+/// Bits of an id that the record contains. A double holds them exactly: pandas reads integers with nulls as doubles.
+const ID_BITS: u64 = (1 << f64::MANTISSA_DIGITS) - 1;
+
+/// Low bits of the id of a track without label.
 fn uid_of(track: TrackId) -> Option<u64> {
-    track.label().is_none().then_some(track.0 & !(1 << 63))
+    track.label().is_none().then_some(track.0 & ID_BITS)
+}
+
+/// Low bits of the id of a group. Groups that share them were created at least 38 hours apart.
+fn group_uid_of(group: GroupId) -> u64 {
+    group.0 & ID_BITS
 }
 
 fn live_status(known: &GroupedTrack) -> Option<TrackStatus> {
@@ -329,5 +340,21 @@ fn track(known: &GroupedTrack, status: TrackStatus, team_state: &TeamState) -> T
         receiving_group: known.membership.receiving_group().and_then(number),
         state: estimate.state.0.into(),
         covariance: estimate.covariance.upper_triangle(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn doubles_hold_the_ids_of_the_record_exactly() {
+        for id in [1, u64::MAX, 0x8123_4567_89AB_CDEF, (1 << 53) + 1] {
+            let uids = [uid_of(TrackId(id | 1 << 63)).unwrap(), group_uid_of(GroupId(id))];
+            assert!(uids.iter().all(|&uid| uid as f64 as u64 == uid && uid % (1 << 16) == id % (1 << 16)), "{id}");
+            // The next double is another id.
+            assert!(uids.iter().all(|&uid| (uid + 1) as f64 > uid as f64));
+        }
+        assert_eq!(uid_of(TrackId(7)), None);
     }
 }

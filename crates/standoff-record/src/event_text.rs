@@ -2,9 +2,25 @@
 
 use standoff_io::display_text::count;
 
-use crate::frame::EventRow;
+use crate::frame::{EventRow, NO_TARGET};
+
+/// Returns the name of a target, or of a track of no target.
+#[must_use]
+pub fn target_name(target: u32, names: &[String]) -> String {
+    let number = || match target.checked_sub(NO_TARGET) {
+        Some(track) => format!("track {track}"),
+        None => format!("target {target}"),
+    };
+    names.get(target as usize).cloned().unwrap_or_else(number)
+}
 
 impl EventRow {
+    /// Returns the target concerned, or the number of the track if its target is not known.
+    #[must_use]
+    pub fn target_or_track(&self) -> Option<u32> {
+        self.target.or(self.track)
+    }
+
     /// Returns the reason as text: derived from the columns, or `reason` as stored if the columns do not determine it.
     /// Records of versions without these columns and events of other controllers have only the stored reason.
     #[must_use]

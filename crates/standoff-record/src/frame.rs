@@ -399,7 +399,8 @@ rows! {
         /// Number of the track: the identity that sensors report, or 2^30 plus the index of the track in the order of
         /// first appearance, if they report none.
         pub track: u32,
-        /// The team's id of a track without identity, less 2^63; null for tracks with an identity.
+        /// Low 53 bits of the team's id of a track without identity, which a double holds exactly; null for tracks with
+        /// an identity.
         #[may_be(absent)]
         pub track_uid: Option<u64>,
     }
@@ -407,8 +408,8 @@ rows! {
     /// A tentative track: an estimate of a target that may exist. It is in no group.
     #[derive(Copy)]
     pub struct TentativeRow in "tentative" {
-        /// Id of the track, less 2^63. If the track is confirmed, it has this `track_uid` in `tracks`, unless it takes
-        /// the place of a lost track.
+        /// Low 53 bits of the id of the track. If the track is confirmed, it has this `track_uid` in `tracks`, unless it
+        /// takes the place of a lost track.
         pub track_uid: u64,
         /// Probability that the target exists.
         #[on(page)] pub existence: f64,
@@ -466,8 +467,8 @@ rows! {
         #[on(page)] pub altitude_m: f64,
         /// Minimum distance between two of its UAVs, m.
         #[on(page)] pub nearest_groupmate_m: Option<f64>,
-        /// Id of the group that all agents use, from creation time and creator, below 2^63. Two team states may number
-        /// groups differently.
+        /// Low 53 bits of the id of the group that all agents use, from creation time and members; a double holds them
+        /// exactly. Two team states may number groups differently.
         pub group_uid: Option<u64>,
     }
 

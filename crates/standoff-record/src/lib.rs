@@ -43,6 +43,7 @@ pub use column::PageColumns;
 pub use directory::{MAP_FILE, NO_FOLDER, Occupancy, conflicting_files, first_in, occupancy};
 pub use error::RecordError;
 pub use event_quota::EventQuota;
+pub use event_text::target_name;
 pub use frame::{
     AgentEventRow, AgentRow, ByAgent, DetectionRow, EventRow, Frame, GroupRow, IntruderRow, MembershipState, NO_TARGET,
     PerAgentTables, ReportedState, ReportedTables, TeammateRow, TentativeRow, TrackRow, TrackStatus, TruthRow, UavRow,

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Serialize, Serializer};
 use standoff_io::display_text::{self, wrapped};
-use standoff_record::{EventQuota, EventRow};
+use standoff_record::{EventQuota, EventRow, target_name};
 
 /// Maximum number of events in the table; the files contain the others.
 const SHOWN: usize = 12;
@@ -66,10 +66,10 @@ impl Events {
             Some(count) => *count += 1,
             None => drop(self.counts.insert(kind.to_owned(), 1)),
         }
-        let name = row.target.and_then(|target| names.get(target as usize));
-        if self.allowance.takes(row, name.map(String::as_str)) {
+        let target = row.target_or_track().map(|target| target_name(target, names));
+        if self.allowance.takes(row, target.as_deref()) {
             let EventRow { kind, group, to_group, uavs, .. } = row.clone();
-            let (target, reason) = (name.cloned(), row.reason_text());
+            let reason = row.reason_text();
             self.events.push(Event { time_s: time_us as f64 / 1e6, kind, target, group, to_group, uavs, reason });
         }
     }
@@ -156,7 +156,8 @@ impl Event {
         let groups = match (self.group, self.to_group) {
             (Some(from), Some(to)) => format!("group {from} to {to}"),
             (Some(group), None) => format!("group {group}"),
-            _ => String::new(),
+            (None, Some(to)) => format!("to group {to}"),
+            (None, None) => String::new(),
         };
         let target = self.target.as_deref().map(named);
         let concerns_uav =
@@ -175,6 +176,7 @@ pub(super) fn named(name: &str) -> String {
 #[cfg(test)]
 mod tests {
     use standoff_io::display_text::WIDTH;
+    use standoff_record::NO_TARGET;
 
     use super::*;
 
@@ -217,6 +219,20 @@ mod tests {
         events.add(0, &dwell, &["lead".to_owned()]);
         let text = events.text(1.0, &BTreeMap::new(), WIDTH);
         assert!(text.contains("lead, group 1: closer to the new group; in both for 12.3"), "{text}");
+    }
+
+    /// A track of no target, and an event whose target is not known any more.
+    #[test]
+    fn an_event_of_a_track_without_target_names_the_track() {
+        let mut events = Events::default();
+        events.add(0, &event("lost", Some(NO_TARGET + 4), Some(1)), &["lead".to_owned()]);
+        events.add(0, &EventRow { track: Some(NO_TARGET + 5), ..event("lost", None, Some(1)) }, &["lead".to_owned()]);
+        let handoff = EventRow { group: None, to_group: Some(2), ..event("handoff-started", Some(0), None) };
+        events.add(0, &handoff, &["lead".to_owned()]);
+        let text = events.text(1.0, &BTreeMap::new(), WIDTH);
+        for line in ["track 4, group 1: so", "track 5, group 1: so", "lead, to group 2: so"] {
+            assert!(text.contains(line), "{line}: {text}");
+        }
     }
 
     #[test]

@@ -69,6 +69,7 @@ fn record_has_the_targets_of_detections_and_tracks_and_the_agents_do_not() {
     assert!(detections.iter().all(|row| row.range_rate_m_s.is_some()));
     for frame in &frames {
         assert!(frame.tracks.iter().all(|row| row.track >= NO_TARGET && row.track_uid.is_some()));
+        assert!(frame.tentative.is_sorted_by(|row, next| row.track_uid < next.track_uid));
         assert!(frame.tracks.is_sorted_by(|row, next| row.target < next.target));
     }
     let with_target = frames.last().unwrap().tracks.iter().filter(|row| row.target < NO_TARGET).count();

@@ -1,7 +1,7 @@
 //! Events as log messages.
 
 use foxglove::messages::{Log, log::Level};
-use standoff_record::{EventRow, NO_TARGET};
+use standoff_record::{EventRow, target_name};
 
 use super::pose::timestamp;
 
@@ -14,7 +14,7 @@ pub(super) fn entry(time_us: i64, event: &EventRow, target_names: &[String]) -> 
     let level = if WARNINGS.contains(&event.kind.as_str()) { Level::Warning } else { Level::Info };
     let uavs = event.uavs.iter().map(u32::to_string).collect::<Vec<_>>();
     let concerned = [
-        event.target.map(|target| target_name(target, target_names)),
+        event.target_or_track().map(|target| target_name(target, target_names)),
         event.group.map(|group| format!("group {group}")),
         event.to_group.map(|group| format!("to group {group}")),
         (!uavs.is_empty()).then(|| format!("UAV {}", uavs.join(" "))),
@@ -27,13 +27,4 @@ pub(super) fn entry(time_us: i64, event: &EventRow, target_names: &[String]) -> 
         name: event.kind.clone(),
         ..Log::default()
     }
-}
-
-/// Name of a target, or of a track of no target.
-pub(super) fn target_name(target: u32, target_names: &[String]) -> String {
-    let number = || match target.checked_sub(NO_TARGET) {
-        Some(track) => format!("track {track}"),
-        None => format!("target {target}"),
-    };
-    target_names.get(target as usize).cloned().unwrap_or_else(number)
 }

@@ -8,10 +8,9 @@ use foxglove::messages::{
 use plotters::style::RGBColor;
 use standoff::research::math::atan2;
 use standoff::{Zone, ZoneKind};
-use standoff_record::{Frame, GroupRow, MembershipState, TrackRow, TrackStatus, TruthRow, UavRow};
+use standoff_record::{Frame, GroupRow, MembershipState, TrackRow, TrackStatus, TruthRow, UavRow, target_name};
 use standoff_sim::scenario::Scenario;
 
-use super::event_log::target_name;
 use super::pose::{WORLD, pose, position, timestamp, vector};
 use super::shapes::{arrow, circle, colour, cube, ellipse, outline, sphere, text, view};
 use crate::colours::{GROUPS, GroupColours};
