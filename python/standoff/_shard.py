@@ -101,10 +101,15 @@ def fly_shard(order: dict[str, Any]) -> str:
     task = ShardTask(**order)
     store = Store(task.url, task.options)
     text = _read_plan(store)
-    if text is None or zlib.crc32(text) != task.plan_crc32:
+    if text is None:
         raise WorkerError(
-            f"worker {worker.name} does not find this batch's {PLAN} in {store.url}: "
-            "out must be a store that every worker can access under that name"
+            f"worker {worker.name} does not find this batch's {PLAN} in {store.url}: out must be a store that every "
+            "worker can access under that name, and that no other call uses"
+        )
+    if zlib.crc32(text) != task.plan_crc32:
+        raise WorkerError(
+            f"worker {worker.name} finds the {PLAN} of another batch in {store.url}: another call writes to this store; "
+            "use another folder"
         )
     plan = Plan.of_json(text)
     with tempfile.TemporaryDirectory(prefix="standoff-", dir=worker.folder, ignore_cleanup_errors=True) as temporary:

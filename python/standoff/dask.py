@@ -266,15 +266,9 @@ def _check_same_batch(store: Store, described: str, existing: str) -> None:
 
 def _plan(client: Client, store: Store, scenario: Scenario, described: str, runs: int, shards: int | None) -> Plan:
     """Reads the plan from the store, or creates it."""
-    saved = store.read(PLAN)
+    saved = _saved_plan(store, described)
     if saved is not None:
-        try:
-            plan = Plan.of_json(saved)
-        except (TypeError, ValueError) as error:
-            raise InputError(
-                f"{store.url}: {PLAN} is damaged ({error}); use another folder, or remove this one"
-            ) from None
-        _check_same_batch(store, described, plan.described)
+        plan = saved
         if shards not in (None, plan.shards):
             raise InputError(
                 f"{store.url} contains this batch in {plan.shards} shards, not {shards}: omit shards to resume it, or "
@@ -293,25 +287,43 @@ def _plan(client: Client, store: Store, scenario: Scenario, described: str, runs
         began = time.perf_counter()
         first_crc32 = first_run_crc32(plan, traffic, Path(home, "first"))
         run_s = time.perf_counter() - began
-        if saved is not None:
-            if first_crc32 != plan.first_crc32:
-                raise InputError(
-                    f"{store.url}: the first run has another result: its shards are from another build; complete them "
-                    "with that build, or use another folder"
-                )
-            return plan
-        if shards is None:
+        if shards is None and saved is None:
             # Measure several runs, because the first measurement includes the setup cost of a batch.
             several = min(runs, math.ceil(0.2 / run_s))
             if several > 1:
                 began = time.perf_counter()
                 _fly_described(described, traffic, f"0/{runs // several}", 1, Path(home, "several"), None)
                 run_s = (time.perf_counter() - began) / several
-            shards = _shards(runs, run_s, sum(client.nthreads().values()))
+            plan = replace(plan, shards=_shards(runs, run_s, sum(client.nthreads().values())))
+    # Another call may have started a batch here in the meantime, or completed it.
+    saved = saved or _saved_plan(store, described)
+    if saved is not None:
+        if first_crc32 != saved.first_crc32:
+            raise InputError(
+                f"{store.url}: the first run has another result: its shards are from another build; complete them "
+                "with that build, or use another folder"
+            )
+        return saved
+    completed = store.read(MANIFEST)
+    if completed is not None:
+        _check_same_batch(store, described, completed.decode(errors="replace"))
     for index, file in enumerate(traffic):
         store.put(file, traffic_name(index))
-    plan = Plan(described, shards, [file.name for file in traffic], first_crc32)
+    plan = replace(plan, traffic=[file.name for file in traffic], first_crc32=first_crc32)
     store.write(PLAN, plan.to_json())
+    return plan
+
+
+def _saved_plan(store: Store, described: str) -> Plan | None:
+    """Reads the plan from the store; it must be of this batch."""
+    saved = store.read(PLAN)
+    if saved is None:
+        return None
+    try:
+        plan = Plan.of_json(saved)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{store.url}: {PLAN} is damaged ({error}); use another folder, or remove this one") from None
+    _check_same_batch(store, described, plan.described)
     return plan
 
 

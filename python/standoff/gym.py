@@ -45,12 +45,15 @@ UAVs that have an orbit, m), which is omitted, or masked, if no UAV has one.
 
 **Seeds**: ``reset(seed=s)`` starts the world of seed s. Later resets without a seed start worlds whose seeds depend only
 on s and on the number of resets. World i of a vector environment behaves like an environment that was reset with s + i.
+
+**Copies**: environments cannot be copied or pickled. To return to a state, or to branch from it, create another
+environment, reset it with the same seed and repeat the actions: the worlds are then bit-identical.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NoReturn
 
 import gymnasium
 import numpy as np
@@ -79,7 +82,17 @@ Actions = NDArray[np.floating[Any]]
 Space = gymnasium.Space[Any]
 
 
-class GroupTrackingEnv(gymnasium.Env[Observations, Actions]):
+class NotCopied:
+    """Base of the environments: refuses copies, which would share the native missions or lack them."""
+
+    def __reduce_ex__(self, protocol: object) -> NoReturn:
+        raise TypeError(
+            f"a {type(self).__name__} cannot be copied or pickled: create another one, reset it with the same seed and "
+            "repeat the actions, which gives bit-identical worlds"
+        )
+
+
+class GroupTrackingEnv(NotCopied, gymnasium.Env[Observations, Actions]):
     """One mission in which one policy steers all UAVs; the module defines actions, observations and rewards.
 
     :param scenario: a built-in name, a path, or a :class:`standoff.Scenario`.
@@ -123,7 +136,12 @@ class GroupTrackingEnv(gymnasium.Env[Observations, Actions]):
         :raises standoff.InputError: the action has another shape or type, or is not finite; or the mission is over or
             was not reset. The world is unchanged.
         """
-        step = self._worlds.step(np.asarray(action)[np.newaxis])
+        array = np.asarray(action)
+        if array.shape != self.action_space.shape:
+            raise InputError(
+                f"actions: must be float32 or float64 of shape {self.action_space.shape}, not of shape {array.shape}"
+            )
+        step = self._worlds.step(array[np.newaxis])
         return (
             step.observations[0],
             float(step.rewards[0]),
@@ -142,7 +160,7 @@ class GroupTrackingEnv(gymnasium.Env[Observations, Actions]):
         self._worlds.close()
 
 
-class GroupTrackingVectorEnv(VectorEnv[Observations, Actions, NDArray[Any]]):
+class GroupTrackingVectorEnv(NotCopied, VectorEnv[Observations, Actions, NDArray[Any]]):
     """Several missions, simulated natively; the module defines actions, observations and rewards.
 
     :param num_envs: number of missions, 1 to 100,000.

@@ -21,7 +21,7 @@ from distributed import Client, LocalCluster
 import standoff
 import standoff.dask
 from standoff import InputError, StandoffError
-from standoff._shard import PLAN, ShardTask, fly_shard
+from standoff._shard import PLAN, Plan, ShardTask, first_run_crc32, fly_shard
 from standoff._store import Store
 from standoff.dask import WorkerError, monte_carlo
 
@@ -460,6 +460,41 @@ def test_a_store_on_s3_holds_the_same_bytes(three: Client, one_machine: dict[str
 def test_a_store_that_workers_cannot_access_is_an_error(three: Client) -> None:
     with pytest.raises(WorkerError, match="does not find this batch's parts/batch.json in memory://out: out must be"):
         monte_carlo(three, pair(), runs=9, out="memory://out")
+
+
+def test_a_batch_that_another_call_starts_in_the_same_store_is_refused(
+    three: Client, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The plan of the other batch appears while this call measures its first run, or after it has written its own."""
+    other = Plan.of_json(plan_of(three, tmp_path / "other", seed=2))
+
+    def late(*arguments: Any) -> int:
+        Store.of(tmp_path / "out", None).write(PLAN, other.to_json())
+        return first_run_crc32(*arguments)
+
+    monkeypatch.setattr(standoff.dask, "first_run_crc32", late)
+    with pytest.raises(InputError, match="out contains another batch: the first seed is 2, not 1; use another folder"):
+        monte_carlo(three, pair(), runs=9, out=tmp_path / "out")
+    assert Plan.of_json((tmp_path / "out" / PLAN).read_bytes()) == other
+    monkeypatch.undo()
+    write = Store.write
+
+    def overwritten(store: Store, name: str, data: bytes) -> None:
+        write(store, name, data)
+        write(store, name, other.to_json())
+
+    monkeypatch.setattr(Store, "write", overwritten)
+    with pytest.raises(WorkerError, match="finds the parts/batch.json of another batch in .*: another call writes to"):
+        monte_carlo(three, pair(), runs=9, out=tmp_path / "late")
+
+
+def plan_of(client: Client, folder: Path, seed: int) -> bytes:
+    """The plan of a batch; its call is interrupted when it has written the plan."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(standoff.dask._BatchRun, "run", lambda self: (_ for _ in ()).throw(KeyboardInterrupt))
+        with pytest.raises(KeyboardInterrupt):
+            monte_carlo(client, pair(), runs=9, seed=seed, out=folder)
+    return (folder / PLAN).read_bytes()
 
 
 def test_wrong_input_is_an_error(three: Client, tmp_path: Path) -> None:

@@ -8,6 +8,8 @@ The mean over the agents is the team's reward.
 
 **State**: the input of a central critic: the observations of all UAVs, concatenated, then true values of the team:
 ``in_custody``, mean ``on_orbit``, and the elapsed fraction of the scenario's duration; all within bounds.
+
+**Copies**: as in :mod:`standoff.gym`, environments cannot be copied or pickled.
 """
 
 from __future__ import annotations
@@ -22,7 +24,7 @@ from pettingzoo import ParallelEnv
 
 from standoff._standoff import EnvStep, Scenario, Worlds
 from standoff.errors import InputError
-from standoff.gym import SEED_MAX, Space, action_space, info_of, observation_space
+from standoff.gym import SEED_MAX, NotCopied, Space, action_space, info_of, observation_space
 
 __all__ = ["GroupTrackingParallelEnv", "parallel_env"]
 
@@ -33,7 +35,7 @@ Observation = NDArray[np.float32]
 Action = NDArray[np.floating[Any]]
 
 
-class GroupTrackingParallelEnv(ParallelEnv[str, Observation, Action]):
+class GroupTrackingParallelEnv(NotCopied, ParallelEnv[str, Observation, Action]):
     """One mission in which every UAV is an agent; see the module's documentation.
 
     :param scenario: a built-in name, a path, or a :class:`standoff.Scenario`.

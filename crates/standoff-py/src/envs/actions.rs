@@ -7,13 +7,13 @@ use crate::exceptions::InputError;
 
 /// Reads the finite values of a float32 or float64 array of this shape, contiguous or not.
 pub(super) fn read(actions: &Bound<'_, PyAny>, shape: [usize; 3]) -> PyResult<Vec<f64>> {
-    let expected = || format!("float32 or float64 of shape {}", shape_text(&shape));
     let Ok(array) = actions.cast::<PyUntypedArray>() else {
         let there = actions.get_type().name()?;
-        return Err(InputError::new_err(format!("actions: must be a NumPy array of {}, not {there}", expected())));
+        return Err(InputError::new_err(format!("actions: must be a NumPy array of float32 or float64, not {there}")));
     };
     if array.shape() != shape {
-        let what = format!("actions: must be {}, not of shape {}", expected(), shape_text(array.shape()));
+        let [expected, there] = [&shape, array.shape()].map(shape_text);
+        let what = format!("actions: must be float32 or float64 of shape {expected}, not of shape {there}");
         return Err(InputError::new_err(what));
     }
     let numbers: Vec<f64> = if let Ok(array) = actions.cast::<PyArrayDyn<f32>>() {
@@ -21,7 +21,7 @@ pub(super) fn read(actions: &Bound<'_, PyAny>, shape: [usize; 3]) -> PyResult<Ve
     } else if let Ok(array) = actions.cast::<PyArrayDyn<f64>>() {
         array.try_readonly()?.as_array().iter().copied().collect()
     } else {
-        return Err(InputError::new_err(format!("actions: must be {}, not {}", expected(), array.dtype())));
+        return Err(InputError::new_err(format!("actions: must be float32 or float64, not {}", array.dtype())));
     };
     if let Some(index) = numbers.iter().position(|number| !number.is_finite()) {
         let [_, uavs, parts] = shape;
@@ -32,7 +32,10 @@ pub(super) fn read(actions: &Bound<'_, PyAny>, shape: [usize; 3]) -> PyResult<Ve
     Ok(numbers)
 }
 
+/// Formats a shape as Python does.
 fn shape_text(shape: &[usize]) -> String {
-    let parts: Vec<String> = shape.iter().map(ToString::to_string).collect();
-    format!("({})", parts.join(", "))
+    match shape {
+        [length] => format!("({length},)"),
+        _ => format!("({})", shape.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")),
+    }
 }
