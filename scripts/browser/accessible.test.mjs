@@ -1,8 +1,11 @@
 // Accessibility: roles and names, text alternatives, contrast, keyboard-only use, small screens.
 
 import assert from "node:assert/strict";
+import { join } from "node:path";
+import { test } from "node:test";
+import { pathToFileURL } from "node:url";
 
-import { PHONE, TABLET, camera, selectedCard, goTo, recordTexts, open, painted, texts } from "./browser.mjs";
+import { PHONE, TABLET, camera, emptyPage, folder, selectedCard, goTo, recordTexts, open, painted, texts } from "./browser.mjs";
 import { axe, checkLayout } from "./fit.mjs";
 import { inReport } from "./in_report.mjs";
 import { recordOf } from "./record.mjs";
@@ -14,6 +17,15 @@ const FOUR_K = { viewport: { width: 3840, height: 2160 } };
 async function lastTime(page) {
   return page.getByRole("slider", { name: "Time" }).evaluate((slider) => Number(slider.max));
 }
+
+test("a report in a browser that is too old names the oldest ones that work", async () => {
+  const { context, page, complaints } = await emptyPage();
+  await page.addInitScript(() => delete window.DecompressionStream);
+  await page.goto(pathToFileURL(join(folder("figure-9"), "report.html")).href);
+  await page.getByRole("heading", { name: /^This page needs a newer browser: Firefox 113/ }).waitFor();
+  assert.deepEqual(complaints, []);
+  await context.close();
+});
 
 for (const theme of THEMES) {
   inReport(`axe-core reports no violations in any panel: ${theme}`, { flight: "out-of-view", colorScheme: theme }, async (page) => {

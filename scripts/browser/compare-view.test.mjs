@@ -130,6 +130,12 @@ test("the name of the shorter run shows when it ended, while the other run conti
   await page.keyboard.press("End");
   await page.getByRole("button", { name: /^A: .*, ended at 10\.0 s$/ }).waitFor();
   assert.match(await description(page, "#map-b"), /^Map at 30\.0 seconds/);
+  // The header has a line for each run; a click on one shows its run in the side panel.
+  const custody = page.getByRole("group", { name: "Targets at the time shown" });
+  assert.deepEqual(await custody.locator("[data-part=in-custody]").allTextContents(), ["Run A: In custody 1 of 1", "Run B: In custody 1 of 1"]);
+  await custody.getByRole("button", { name: "Run B" }).click();
+  assert.equal(await page.getByRole("button", { name: /^B: / }).getAttribute("aria-pressed"), "true");
+  await page.getByRole("button", { name: /^A: / }).click();
   assert.doesNotMatch(await page.locator(".name").nth(1).textContent(), /ended/);
   assert.deepEqual(complaints, []);
   await close();

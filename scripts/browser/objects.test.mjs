@@ -172,7 +172,7 @@ inReport("the field of view of a UAV on its way has the colour of the UAV, and i
     await page.keyboard.press("r");
     await painted(page);
     const colour = await page.evaluate((id) => {
-      const { fillStyle } = Object.assign(document.createElement("canvas").getContext("2d"), { fillStyle: ["#5a63ff", "#a855a5", "#12819c", "#ba0cff"][id] });
+      const { fillStyle } = Object.assign(document.createElement("canvas").getContext("2d"), { fillStyle: ["#be55ff", "#b90f8c", "#5a3cff", "#468cd7"][id] });
       const [r, g, b] = [1, 3, 5].map((at) => parseInt(fillStyle.slice(at, at + 2), 16));
       return `rgba(${r}, ${g}, ${b}, 0.1)`;
     }, one.id);

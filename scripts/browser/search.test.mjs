@@ -2,8 +2,9 @@
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
+import { test } from "node:test";
 
-import { camera, selectedCard, goTo, recordTexts, painted, texts } from "./browser.mjs";
+import { camera, emptyPage, goTo, open, painted, recordTexts, selectedCard, texts, TIMEOUT_MS } from "./browser.mjs";
 import { NAMES } from "./hostile.mjs";
 import { inReport } from "./in_report.mjs";
 import { agrees, recordOf } from "./record.mjs";
@@ -158,6 +159,44 @@ for (const flight of ["figure-9", "city", "hostile", "intruders", "agents"]) {
     for (const expected of ["15.0 s", "N", "UAV 0", "UAV, nose along its heading"]) assert.ok(texts.includes(expected), `${expected} is among ${texts}`);
   });
 }
+
+/** Safari before 18.4 records no WebM. */
+test("a video has the type and the name of what the browser records", { timeout: 2 * TIMEOUT_MS }, async () => {
+  for (const [types, label, ending] of [[["video/mp4"], "Video (MP4)", "mp4"], [[], null]]) {
+    const { context, page, complaints } = await emptyPage();
+    await page.addInitScript((types) => {
+      MediaRecorder.isTypeSupported = (type) => types.includes(type);
+      window.recorded = [];
+      const Recorder = MediaRecorder;
+      window.MediaRecorder = class extends EventTarget {
+        static isTypeSupported = Recorder.isTypeSupported;
+        constructor(stream, { mimeType }) {
+          super();
+          window.recorded.push(mimeType);
+        }
+        start() {}
+        stop() {
+          this.dispatchEvent(Object.assign(new Event("dataavailable"), { data: new Blob(["recorded"]) }));
+          this.dispatchEvent(new Event("stop"));
+        }
+      };
+    }, types);
+    await open(page, "figure-9");
+    await page.locator("#save-menu").click();
+    const button = page.locator("#map-video");
+    assert.equal(await button.isVisible(), label !== null);
+    if (label) {
+      assert.equal(await button.textContent(), label);
+      await button.click();
+      const [file] = await Promise.all([page.waitForEvent("download"), button.click()]);
+      assert.equal(file.suggestedFilename().split(".").at(-1), ending);
+      assert.equal(readFileSync(await file.path(), "utf8"), "recorded");
+      assert.deepEqual(await page.evaluate(() => window.recorded), types);
+    }
+    assert.deepEqual(complaints, []);
+    await context.close();
+  }
+});
 
 inReport("a video of the map covers the time range of the charts", {}, async (page) => {
   await goTo(page, 40);

@@ -104,7 +104,7 @@ inReport("keyboard shortcuts play, change the speed and go to events, also while
   assert.equal(await page.locator("#play").getAttribute("aria-pressed"), "false");
 });
 
-inReport("Space plays after a click on any control, and Enter presses a button that has the keyboard focus", {}, async (page) => {
+inReport("Space plays after a click on any control, and presses a button that has the keyboard focus", {}, async (page) => {
   const isPlaying = async () => (await page.locator("#play").getAttribute("aria-pressed")) === "true";
   const spacePlays = async (what) => {
     for (const expected of [!(await isPlaying()), await isPlaying()]) {
@@ -129,21 +129,28 @@ inReport("Space plays after a click on any control, and Enter presses a button t
       if (await page.getByRole("dialog").count()) await page.keyboard.press("Escape");
       if (await isPlaying()) await page.locator("#play").click();
       await spacePlays(id);
-      if (await page.locator(":popover-open").count()) await page.keyboard.press("Escape");
+      if (await page.locator("#panel-list").isVisible()) await page.keyboard.press("Escape");
     }
   }
   for (const id of ["play", "step-back", "step-forward", "fit", "ruler", "zoom-in", "theme", "help-button", "copy-link", "time", "routine-events"]) {
     assert.ok(clicked.has(id), `${id} is among ${[...clicked]}`);
   }
-  // With the keyboard focus on a button, Space plays and Enter presses it; checkboxes, lists and fields keep the key.
+  // With the keyboard focus on a button, Space and Enter press it once and do nothing else; checkboxes, lists and fields keep the key.
   await page.getByRole("tab", { name: "Events" }).click();
   await goTo(page, 10);
   await page.locator("#step-forward").focus();
-  await spacePlays("a button that has the focus");
-  const from_s = await clock(page);
-  await page.keyboard.press("Enter");
-  await painted(page);
-  assert.ok((await clock(page)) > from_s, "Enter presses it");
+  for (const [key, time_s] of [[" ", 10.5], ["Enter", 11]]) {
+    await page.keyboard.press(key);
+    await painted(page);
+    assert.deepEqual([await clock(page), await isPlaying()], [time_s, false], `after "${key}"`);
+  }
+  await page.locator("#play").focus();
+  await spacePlays("the focus on the button itself");
+  const layers = page.locator("details", { has: page.locator("#layer-menu") });
+  await page.locator("#layer-menu").focus();
+  await page.keyboard.press(" ");
+  assert.deepEqual([await layers.evaluate((menu) => menu.open), await isPlaying()], [true, false]);
+  await page.keyboard.press("Escape");
   await page.locator("#routine-events").focus();
   const was = await page.locator("#routine-events").isChecked();
   await page.keyboard.press(" ");
@@ -152,6 +159,31 @@ inReport("Space plays after a click on any control, and Enter presses a button t
   await page.keyboard.type("UAV 1");
   assert.equal(await page.getByPlaceholder("UAV, target, intruder").inputValue(), "UAV 1");
   assert.equal(await isPlaying(), false);
+});
+
+inReport("keys with one character can be switched off, and stay off", {}, async (page) => {
+  await page.keyboard.press("?");
+  await page.getByRole("checkbox", { name: /^Keys with one character/ }).uncheck();
+  await page.keyboard.press("Escape");
+  const state = () => page.evaluate(() => [document.documentElement.dataset.theme, location.hash, document.activeElement.tagName,
+    document.querySelectorAll("dialog[open], [aria-pressed=true], [aria-expanded=true]").length, document.getElementById("follow").value, document.getElementById("clock").textContent]);
+  for (const visit of ["before", "after the page is opened again"]) {
+    const before = await state();
+    for (const key of "tdrkcfnpzl/?[]+-=0") await page.keyboard.press(key);
+    await painted(page);
+    assert.deepEqual(await state(), before, visit);
+    await page.keyboard.press("ArrowRight");
+    await painted(page);
+    assert.equal(await clock(page), 0.5, "other keys work");
+    if (visit === "before") await page.reload();
+    await page.waitForSelector("body[data-frames]");
+  }
+  await page.getByRole("button", { name: "Help" }).click();
+  await page.getByRole("checkbox", { name: /^Keys with one character/ }).check();
+  await page.keyboard.press("Escape");
+  const [theme] = await state();
+  await page.keyboard.press("t");
+  assert.notEqual((await state())[0], theme);
 });
 
 inReport("the text of the current event is shown above the strip until the time moves on, and the layout does not change", {}, async (page) => {

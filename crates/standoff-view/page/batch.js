@@ -411,8 +411,9 @@ class BatchPage {
       t: () => element("theme").click(),
       "?": () => element("help").showModal(),
     };
+    connectCharacterKeys();
     document.addEventListener("keydown", (key) => {
-      if (key.ctrlKey || key.metaKey || key.altKey || element("help").open) return;
+      if (key.ctrlKey || key.metaKey || key.altKey || isSwitchedOff(key) || element("help").open) return;
       if (key.target.closest("select, input") || (key.target.closest("#panel-distribution") && key.key.startsWith("Arrow"))) return;
       const act = keys[key.key];
       if (!act) return;

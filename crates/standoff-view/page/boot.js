@@ -8,7 +8,9 @@ async function unpackedPart(name) {
   return new Uint8Array(await new Response(stream).arrayBuffer());
 }
 
-unpackedPart("page").then((bytes) => {
+if (typeof DecompressionStream === "undefined") {
+  document.getElementById("title").textContent = "This page needs a newer browser: Firefox 113, Chrome 93, Safari 16.4 or later";
+} else unpackedPart("page").then((bytes) => {
   const script = document.createElement("script");
   script.src = URL.createObjectURL(new Blob([bytes], { type: "text/javascript" }));
   document.head.append(script);

@@ -45,7 +45,7 @@ class Charts {
     element("csv").addEventListener("click", () => saveCsv(this));
     element("whole-run").addEventListener("click", () => this.zoom(null));
     for (const run of page.runs) run.selection.on(() => objectKey(page.selection.object) !== this.object && this.renew());
-    new ResizeObserver(() => this.container.clientWidth !== this.width && this.draw()).observe(this.container);
+    new ResizeObserver(() => !isPrinting && this.container.clientWidth !== this.width && this.draw()).observe(this.container);
   }
 
   get replayData() {
@@ -213,6 +213,20 @@ class Charts {
     this.follow();
   }
 
+  /** Draws all panels for the printer, with a width on the paper; a browser does not wait until `draw` has drawn them. */
+  print(width) {
+    if (!this.round) return;
+    this.round += 1;
+    this.width = width;
+    this.legend.show();
+    this.axis();
+    for (const panel of this.shown) {
+      this.fill(panel);
+      window.Plotly.react(panel.plot, panel.traces, this.layout(panel), CHART_CONFIG);
+    }
+    this.follow();
+  }
+
   /** Collects the curves, the traces and the heading of a panel. */
   fill(panel) {
     const { spec } = panel;
@@ -274,9 +288,9 @@ class Charts {
     return { ...sets, key: `${objectKey(object)}: ${[...sets.uavs]}; ${[...sets.groups]}` };
   }
 
-  /** Redraws the charts if they have been drawn before. */
+  /** Redraws the charts if they have been drawn before; for the printer, `print` does. */
   renew() {
-    if (this.round) this.draw();
+    if (this.round && !isPrinting) this.draw();
   }
 
   /** Shows a time range; `null` shows the whole run. */

@@ -65,8 +65,8 @@ const TARGET_COLUMNS = [
     "and its status (updated: measured in this time step; coasting: predicted only; cued: reported by a cue source, not measured yet)", stateText],
   ["warning", "Warning", warningOf, "State that needs attention; out of view: in no UAV's view (true geometry)", (target) => WARNINGS.indexOf(warningOf(target))],
   ["group", "Group", (target) =>
-    target.group === null ? "none" : target.receiving_group === null ? `${target.group}` : `${target.group} to ${target.receiving_group}`,
-    "Group of the track; two numbers: handoff from the first group to the second", (target) => target.group],
+    `${target.group ?? "none"}${target.receiving_group === null ? "" : ` to ${target.receiving_group}`}`,
+    "Group of the track; with \"to\": handoff from the first group, or from none, to the second", (target) => target.group],
   ["out_of_view_s", "Out of view for (s)", (target) => fixed(target.out_of_view ? target.out_of_view_s : NaN, 1),
     "Time for which the target has been in no UAV's view (true geometry)", (target) => (target.out_of_view ? target.out_of_view_s : NaN)],
   ["seen_by", "Seen by", seenByText, "UAVs that have the target in view: within their field of view and sensing range (true geometry)",

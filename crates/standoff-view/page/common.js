@@ -2,6 +2,7 @@
 
 const element = (id) => document.getElementById(id);
 
+document.documentElement.classList.toggle("zoomable", "currentCSSZoom" in document.documentElement);
 /** CSS zoom factor of the page; it is larger than 1 on very large screens. */
 const pageZoom = () => document.documentElement.currentCSSZoom ?? 1;
 /** Device pixels per CSS pixel of the page. */
@@ -35,31 +36,60 @@ function tabs(list, chosen) {
   }
 }
 
-/** Applies the theme of the system, or the theme that the user has selected; calls `changed` after every change. */
+/** Whether the page is being printed. */
+let isPrinting = false;
+
+/** Applies the theme of the system, or the theme that the user has selected, or on paper the light one; calls `changed` after every change. */
 function themed(changed) {
   const root = document.documentElement;
   const dark = window.matchMedia("(prefers-color-scheme: dark)");
-  let chosen = null;
-  try {
-    chosen = localStorage.getItem("standoff-theme");
-  } catch {
-    // Pages opened from a file may have no storage.
-  }
+  let chosen = setting("theme");
   const apply = () => {
-    root.dataset.theme = chosen ?? (dark.matches ? "dark" : "light");
+    root.dataset.theme = isPrinting ? "light" : chosen ?? (dark.matches ? "dark" : "light");
     changed();
   };
   dark.addEventListener("change", apply);
   element("theme").addEventListener("click", () => {
     chosen = root.dataset.theme === "dark" ? "light" : "dark";
-    try {
-      localStorage.setItem("standoff-theme", chosen);
-    } catch {
-      // See above.
-    }
+    keepSetting("theme", chosen);
     apply();
   });
+  for (const [kind, begins] of [["beforeprint", true], ["afterprint", false]]) {
+    window.addEventListener(kind, () => {
+      isPrinting = begins;
+      apply();
+    });
+  }
   apply();
+}
+
+/** A setting that the user has made before; `null` if there is none. Pages opened from a file may have no storage. */
+function setting(name) {
+  try {
+    return localStorage.getItem(`standoff-${name}`);
+  } catch {
+    return null;
+  }
+}
+
+function keepSetting(name, value) {
+  try {
+    localStorage.setItem(`standoff-${name}`, value);
+  } catch {
+    // The setting is lost when the page is closed.
+  }
+}
+
+/** Connects the option of the help that switches off the keys with one character: speech input types letters. */
+function connectCharacterKeys() {
+  const box = element("character-keys");
+  box.checked = setting("character-keys") !== "off";
+  box.addEventListener("change", () => keepSetting("character-keys", box.checked ? "on" : "off"));
+}
+
+/** Whether a key is switched off: one that types a character, except Space. */
+function isSwitchedOff({ key }) {
+  return !element("character-keys").checked && [...key].length === 1 && key !== " ";
 }
 
 /** Configuration of all interactive plots. */

@@ -141,14 +141,14 @@ function connect(page) {
     "?": () => showHelp(),
   };
   document.addEventListener("keydown", (key) => {
-    if (key.ctrlKey || key.metaKey || key.altKey || document.querySelector("dialog[open]")) return;
-    // Fields, lists and sliders keep their own keys; Enter presses buttons, and Space plays.
+    if (key.ctrlKey || key.metaKey || key.altKey || isSwitchedOff(key) || document.querySelector("dialog[open]")) return;
+    // Fields, lists and sliders keep their own keys; Space and Enter press buttons.
     const at = key.target;
     // A list that was opened with the pointer gives up Space as well.
     if (at.matches("select[data-pointed]") && key.key === " ") at.blur();
     else if (at.closest(FIELDS)) return;
     if (at.closest("[type=range]") && /^(Arrow|Home|End|Page)/.test(key.key)) return;
-    if (key.key === " " && at.closest("[type=checkbox], [type=radio]")) return;
+    if (key.key === " " && at.closest("button, summary, [type=checkbox], [type=radio]")) return;
     const wide = at.closest(".scrolled")?.scrollWidth > at.closest(".scrolled")?.clientWidth;
     if ((wide || at.closest("[role=tablist]")) && key.key.startsWith("Arrow")) return;
     const act = keys[key.key];
@@ -156,11 +156,12 @@ function connect(page) {
     key.preventDefault();
     act(key);
   });
-  // Some browsers press a button when Space is released.
-  document.addEventListener("keyup", (key) => {
-    if (key.key === " " && key.target.closest("button, summary")) key.preventDefault();
+  connectCharacterKeys();
+  element("help-button").addEventListener("click", ({ detail }) => {
+    // After a click with the pointer, closing the help must not return the focus to the button.
+    if (detail > 0) element("help-button").blur();
+    showHelp();
   });
-  element("help-button").addEventListener("click", () => showHelp());
   releaseFocus();
 }
 

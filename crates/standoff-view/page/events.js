@@ -6,6 +6,8 @@ const ROUTINE = new Set(["cued", "acquired", "orbit-feasible", "orbit-unblocked"
 const CRITICAL = new Set(["lost", "removed", "uav-timeout", "not-admitted", "handoff-cancelled", "orbit-infeasible", "orbit-blocked", "proximity-alert"]);
 /** Handoffs, and events that return a target to a group. */
 const HANDOFFS = new Set(["handoff-started", "handoff-completed", "readmitted", "reacquired"]);
+/** Maximum number of events or targets on paper. */
+const MAX_PRINTED = 1000;
 /** Maximum number of target names that the object field proposes. */
 const MAX_NAMES = 1000;
 
@@ -236,12 +238,13 @@ class EventList {
     this.show();
   }
 
-  /** Puts the visible rows into the document. */
+  /** Puts the visible rows into the document, for the printer all rows. */
   show() {
     const { events } = this.eventFilter;
     const { scrollTop, clientHeight } = this.list;
-    const first = Math.max(0, Math.floor(scrollTop / this.row_px) - 2);
-    const end = clientHeight ? Math.min(events.length, Math.ceil((scrollTop + clientHeight) / this.row_px) + 2) : first;
+    const first = isPrinting ? 0 : Math.max(0, Math.floor(scrollTop / this.row_px) - 2);
+    const visible = clientHeight ? Math.min(events.length, Math.ceil((scrollTop + clientHeight) / this.row_px) + 2) : first;
+    const end = isPrinting ? Math.min(events.length, MAX_PRINTED) : visible;
     for (const [index, row] of this.rows) {
       if (index >= first && index < end && row.event === events[index]) continue;
       row.element.remove();
@@ -317,7 +320,9 @@ function eventText(replayData, event) {
       ? `group ${event.group} to ${event.to_group}`
       : event.group !== null
         ? `group ${event.group}`
-        : "";
+        : event.to_group !== null
+          ? `to group ${event.to_group}`
+          : "";
   const target = event.target === null ? "" : targetName(replayData, event.target);
   const uavs = event.target === null && event.uavs.length ? `UAV ${event.uavs.join(", ")}` : "";
   const intruder = event.intruder === undefined ? "" : `intruder ${event.intruder}`;

@@ -62,6 +62,15 @@ function exportName({ replayData, clock }) {
   return fileName(`${runName(replayData.head)}-map-${clock.time_s.toFixed(1)} s`);
 }
 
+/** A canvas with the map and its legend, with `ratio` pixels per CSS pixel. */
+function exportedMap(page, ratio) {
+  const { width, height } = exportSize(page.map, legendOf(page.map));
+  const canvas = document.createElement("canvas");
+  [canvas.width, canvas.height] = [width, height].map((side) => Math.round(side * ratio));
+  drawExport(page, canvas.getContext("2d", { alpha: false }), ratio);
+  return canvas;
+}
+
 /** Saves the map, or the scene in three dimensions, as PNG at twice the resolution of the screen. */
 async function saveMapImage(page) {
   if (page.is3d) {
@@ -70,11 +79,7 @@ async function saveMapImage(page) {
     await window.Plotly.downloadImage(plot, { format: "png", filename: exportName(page), scale: 2, width, height });
     return;
   }
-  const { width, height } = exportSize(page.map, legendOf(page.map));
-  const ratio = 2 * screenRatio();
-  const canvas = document.createElement("canvas");
-  [canvas.width, canvas.height] = [width, height].map((side) => Math.round(side * ratio));
-  drawExport(page, canvas.getContext("2d", { alpha: false }), ratio);
+  const canvas = exportedMap(page, 2 * screenRatio());
   const image = await new Promise((resolve) => canvas.toBlob(resolve, "image/png"));
   if (!image) return element("search-result").replaceChildren("The map is too large for an image");
   return save(`${exportName(page)}.png`, image, "image/png");

@@ -1,14 +1,20 @@
-// A video of the map: the browser records it in WebM while the run is played.
+// A video of the map: the browser records it while the run is played.
 
 /** Frames per second of a video. */
 const VIDEO_RATE = 30;
+/** Types of videos, the first of which that the browser records is used: type, name and file ending. */
+const VIDEO_TYPES = [["video/webm", "WebM", "webm"], ["video/mp4", "MP4", "mp4"]];
 
 class MapVideo {
   constructor(page) {
     this.page = page;
     this.button = element("map-video");
     this.recorder = null;
-    this.button.hidden = typeof MediaRecorder === "undefined" || !HTMLCanvasElement.prototype.captureStream;
+    const canRecord = typeof MediaRecorder !== "undefined" && Boolean(HTMLCanvasElement.prototype.captureStream);
+    const type = canRecord && VIDEO_TYPES.find(([type]) => MediaRecorder.isTypeSupported(type));
+    [this.type, this.typeName, this.ending] = type || [];
+    this.button.hidden = !type;
+    this.label(`Video (${this.typeName})`);
     this.button.addEventListener("click", () => (this.recorder ? this.stop() : this.start()));
   }
 
@@ -17,15 +23,15 @@ class MapVideo {
     const { clock, charts, map } = this.page;
     const [from_s, to_s] = charts.shown_s;
     this.until_s = Math.min(to_s, clock.replayData.end_s);
-    this.name = `${exportName(this.page)}.webm`;
+    this.name = `${exportName(this.page)}.${this.ending}`;
     this.canvas = document.createElement("canvas");
     const ratio = screenRatio();
     // Encoders need even sizes.
     [this.canvas.width, this.canvas.height] = [map.camera.width, map.camera.height + CAPTION_HEIGHT].map((side) => 2 * Math.round((side * ratio) / 2));
     const pieces = [];
-    this.recorder = new MediaRecorder(this.canvas.captureStream(VIDEO_RATE), { videoBitsPerSecond: 8e6 });
+    this.recorder = new MediaRecorder(this.canvas.captureStream(VIDEO_RATE), { mimeType: this.type, videoBitsPerSecond: 8e6 });
     this.recorder.addEventListener("dataavailable", ({ data }) => pieces.push(data));
-    this.recorder.addEventListener("stop", () => save(this.name, new Blob(pieces, { type: "video/webm" }), "video/webm"), { once: true });
+    this.recorder.addEventListener("stop", () => save(this.name, new Blob(pieces), this.type), { once: true });
     clock.seek(from_s);
     this.frame();
     this.recorder.start();
@@ -38,7 +44,7 @@ class MapVideo {
     this.recorder.stop();
     this.recorder = null;
     this.page.clock.pause();
-    this.label("Video (WebM)");
+    this.label(`Video (${this.typeName})`);
   }
 
   label(text) {

@@ -47,6 +47,8 @@ class MissionMap {
   resize() {
     const ratio = screenRatio();
     const { clientWidth, clientHeight } = this.canvas;
+    // The canvas is not on paper.
+    if (isPrinting) return false;
     const [width, height] = [Math.round(clientWidth * ratio), Math.round(clientHeight * ratio)];
     if (this.canvas.width === width && this.canvas.height === height) return false;
     this.canvas.width = width;

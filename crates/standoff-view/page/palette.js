@@ -1,9 +1,8 @@
 // Colours of the light and the dark theme, found by optimisation. UAVs are blue to purple and groups are orange to green, so that
-// colour-blind users can distinguish them as well. A UAV has the same colour in both themes: all have the luminance that contrasts
-// equally with white and black. The tests of `src/colours.rs` check this.
+// colour-blind users can distinguish them as well. A UAV has the same colour in both themes. The tests of `src/colours.rs` check this.
 
 /** Colours of UAVs in both themes. */
-const UAV_COLOURS = ["#5a63ff", "#a855a5", "#12819c", "#ba0cff", "#756eb4", "#0678d5", "#d21bb7", "#9351e7"];
+const UAV_COLOURS = ["#be55ff", "#b90f8c", "#5a3cff", "#468cd7", "#8750af", "#af0ad2", "#eb0fd2", "#416991"];
 
 const PALETTES = {
   light: {
@@ -21,7 +20,7 @@ const PALETTES = {
   },
   dark: {
     uavs: UAV_COLOURS,
-    groups: ["#ff9d21", "#148601", "#d3f461", "#aa6a46", "#18e18b", "#f6c1a5", "#4dab84", "#9e9302"],
+    groups: ["#ff9d21", "#148601", "#d3f461", "#aa6a46", "#18e18b", "#6cfcd8", "#4dab84", "#9e9302"],
     runs: ["#4aa3f0", "#ff9d21"],
     ground: "#000000",
     basemap: { green: "#14201a", water: "#13222f", other: "#181d24", building: "#242b35", path: "#2a2722", rail: "#33333f",

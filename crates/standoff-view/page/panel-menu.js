@@ -6,13 +6,23 @@ class PanelMenu {
     /** Keys of the hidden panels. */
     this.hidden = new Set();
     this.list = element("panel-list");
+    this.button = element("panel-selection");
+    this.button.addEventListener("click", () => this.open(this.list.hidden));
+    document.addEventListener("pointerdown", ({ target }) => this.list.contains(target) || this.button.contains(target) || this.open(false));
     // This listener runs before those of the page.
     document.addEventListener("keydown", (key) => {
-      if (key.key !== "Escape" || !this.list.matches(":popover-open")) return;
+      if (key.key !== "Escape" || this.list.hidden) return;
       key.stopPropagation();
-      this.list.hidePopover();
+      if (this.list.contains(document.activeElement)) this.button.focus();
+      this.open(false);
     }, true);
-    this.list.addEventListener("beforetoggle", (toggle) => this.fill(toggle.newState === "open"));
+  }
+
+  /** Opens or closes the list. */
+  open(isOpen) {
+    this.list.hidden = !isOpen;
+    this.button.setAttribute("aria-expanded", String(isOpen));
+    this.fill(isOpen);
   }
 
   /** Columns that can be shown in a panel of their own, by table. */
@@ -64,7 +74,7 @@ class PanelMenu {
     list.replaceChildren(...(isOpen ? [hint, this.adder(), ...specs.flatMap((spec) => this.row(spec))] : []));
     // The list does not cover the time slider.
     const bottom = document.querySelector("footer").getBoundingClientRect().top / pageZoom();
-    const top = Math.min(element("panel-selection").getBoundingClientRect().bottom / pageZoom() + 4, bottom / 2);
+    const top = Math.min(this.button.getBoundingClientRect().bottom / pageZoom() + 4, bottom / 2);
     list.style.top = `${top}px`;
     list.style.right = "8px";
     list.style.maxHeight = `${bottom - top - 8}px`;

@@ -97,6 +97,7 @@ async function showReplay(sources) {
     page.timeline.renew();
     page.charts.renew();
   });
+  connectPrint(page);
   new ResizeObserver(() => {
     for (const { map } of page.runs) map.cover();
     page.renew();
@@ -144,7 +145,7 @@ function drawFrames(page) {
           map.canvas.setAttribute("aria-label", summary(replayData, scenes[index]));
           cards.show();
         });
-        state.show(scenes[page.runs.indexOf(page.run)]);
+        state.show(scenes);
         page.pair?.update();
       }
       document.body.dataset.frames = Number(document.body.dataset.frames ?? 0) + 1;

@@ -20,7 +20,8 @@ class State {
     this.warning = element("warning");
     // If the text is cut off, a click shows all of it.
     this.warning.addEventListener("click", () => this.warning.classList.toggle("whole"));
-    this.custody = new CustodyStatus(page, (state, target) => this.showTargets(state, target));
+    /** A line for each run. */
+    this.custody = page.runs.map((run) => new CustodyStatus(page, run, (state, target) => this.showTargets(run, state, target)));
     for (const [id, columns] of [["uavs", UAV_COLUMNS], ["groups", GROUP_COLUMNS], ["intruders", INTRUDER_COLUMNS], ["agents", AGENT_COLUMNS]]) {
       headings(element(id), columns);
     }
@@ -45,8 +46,10 @@ class State {
     this.clock.dateTime = `PT${time_s.toFixed(3)}S`;
   }
 
-  show(scene) {
-    const { replayData, selection } = this.page;
+  /** Shows the scenes of all runs: the tables those of the run of the side panel, the header those of all. */
+  show(scenes) {
+    const { replayData, selection, runs, run } = this.page;
+    const scene = scenes[runs.indexOf(run)];
     this.scene = scene;
     const isChosen = (kind) => (one) => selection.isChosen(kind, one.id);
     // The last column shows what UAVs avoid; it is hidden if there is nothing to avoid.
@@ -59,12 +62,13 @@ class State {
     element("agents").hidden = !replayData.agents.isSeveral;
     rows(this.agents, AGENT_COLUMNS, agentRows(replayData, scene), isChosen("uav"));
     this.scrollToRow(selection.object);
-    this.custody.show(scene);
-    this.warn(scene);
+    this.custody.forEach((status, k) => status.show(scenes[k]));
+    this.warn(scenes);
   }
 
-  /** Shows the targets in a state in the table; selects a target if one is given, and sorts by the time out of view. */
-  showTargets(state, target) {
+  /** Shows the targets of a run in a state in the table; selects a target if one is given, and sorts by the time out of view. */
+  showTargets(run, state, target) {
+    this.page.show(run);
     element("tab-state").click();
     if (target !== undefined) this.targetTable.sort = { key: "out_of_view_s", sign: -1 };
     this.targetTable.filter(state);
@@ -94,12 +98,19 @@ class State {
   }
 
   /** Collects the warnings that are not about targets. */
-  warn(scene) {
-    const warnings = scene.uavs.filter((uav) => uav.out).map(outageText);
-    warnings.push(...agentsText(this.page.replayData, scene));
-    for (const group of scene.groups) if (!group.feasible) warnings.push(`group ${group.id}: no feasible orbit`);
-    this.warnings = warnings;
+  warn(scenes) {
+    this.warnings = scenes.flatMap((scene, k) => {
+      const run = this.page.runs[k];
+      const orbits = scene.groups.filter((group) => !group.feasible).map((group) => `group ${group.id}: no feasible orbit`);
+      const warnings = [...scene.uavs.filter((uav) => uav.out).map(outageText), ...agentsText(run.replayData, scene), ...orbits];
+      return warnings.map((text) => this.ofRun(text, run));
+    });
     this.update();
+  }
+
+  /** A text about a run, with its letter if two runs are shown. */
+  ofRun(text, run) {
+    return this.page.pair ? `${run.letter}: ${text}` : text;
   }
 
   /** Saves the current time step as CSV: UAVs, groups, intruders and targets, in SI units. */
@@ -120,7 +131,7 @@ class State {
 
   /** Sets the error text of a run, or of the page itself; an empty text clears it. */
   setError(text, run = null) {
-    this.errors.set(run, text && this.page.pair && run ? `${run.letter}: ${text}` : text);
+    this.errors.set(run, text && run ? this.ofRun(text, run) : text);
     this.update();
   }
 
@@ -219,12 +230,13 @@ function headings(table, columns) {
   }
 }
 
-/** The line in the header: in custody, out of view, and the other states that targets are in. Every part is a button. */
+/** A line in the header: targets of a run in custody, out of view, and in the other states. Every part is a button. */
 class CustodyStatus {
   /** `choose` is called with the state of a part, and the target that is to be selected. */
-  constructor(page, choose) {
-    this.page = page;
-    this.line = element("custody");
+  constructor(page, run, choose) {
+    Object.assign(this, { page, run });
+    this.line = make("div");
+    element("custody").append(this.line);
     /** The target that has been out of view for the longest time. */
     this.longest = null;
     const parts = TARGET_STATES.map(([key, , , about]) => [key, about, () => choose(key)]);
@@ -244,7 +256,7 @@ class CustodyStatus {
   /** Shows the targets of a scene; while they are being loaded, the line is empty. */
   show({ targets }) {
     const texts = targets ? this.texts(targets) : new Map();
-    const prefix = this.page.pair && targets ? `Run ${this.page.run.letter}: ` : "";
+    const prefix = this.page.pair ? `Run ${this.run.letter}: ` : "";
     for (const [key, button] of this.parts) {
       const text = texts.get(key) ?? "";
       const whole = key === "in-custody" && text ? `${prefix}${text}` : text;

@@ -135,16 +135,16 @@ class TargetTable {
     return { top_px: (box.top - pane.top) / scale + panel.scrollTop, head_px: table.tHead.offsetHeight };
   }
 
-  /** Puts the visible rows into the document. */
+  /** Puts the visible rows into the document, for the printer all rows. */
   fill() {
     const { panel, items, body, rows } = this;
     if (!panel.clientHeight) return;
     const { row_px } = this;
     const from_px = panel.scrollTop - this.place().top_px;
     const at = (index) => Math.min(Math.max(index, 0), items.length);
-    const isLong = items.length > FEW_ROWS;
+    const isLong = !isPrinting && items.length > FEW_ROWS;
     const first = isLong ? at(Math.floor(from_px / row_px) - SPARE_ROWS) : 0;
-    const end = isLong ? at(Math.ceil((from_px + panel.clientHeight) / row_px) + SPARE_ROWS) : items.length;
+    const end = isLong ? at(Math.ceil((from_px + panel.clientHeight) / row_px) + SPARE_ROWS) : Math.min(items.length, MAX_PRINTED);
     const focused = body.contains(document.activeElement) ? Number(document.activeElement.closest("tr").dataset.id) : null;
     const unused = [];
     for (const [index, row] of rows) {

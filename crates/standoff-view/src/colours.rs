@@ -5,17 +5,18 @@ use standoff_record::GroupRow;
 use std::collections::BTreeMap;
 
 /// Colours of UAVs by rank, blue to purple. `page/palette.js` has the same colours for light and dark pages: all have
-/// a contrast of at least 4.5 with white and with black, which leaves one luminance. The colours of UAVs and groups
-/// were optimised numerically for a large minimum colour difference, which is larger still among the first few UAVs.
+/// a contrast of at least 3.5 with white and with black. A higher one leaves too little difference in lightness, by
+/// which colour-blind users distinguish such colours. The colours of UAVs and groups were optimised numerically for a
+/// large minimum colour difference, which is larger still among the first few UAVs.
 pub(crate) const UAVS: [RGBColor; 8] = [
-    RGBColor(90, 99, 255),
-    RGBColor(168, 85, 165),
-    RGBColor(18, 129, 156),
-    RGBColor(186, 12, 255),
-    RGBColor(117, 110, 180),
-    RGBColor(6, 120, 213),
-    RGBColor(210, 27, 183),
-    RGBColor(147, 81, 231),
+    RGBColor(190, 85, 255),
+    RGBColor(185, 15, 140),
+    RGBColor(90, 60, 255),
+    RGBColor(70, 140, 215),
+    RGBColor(135, 80, 175),
+    RGBColor(175, 10, 210),
+    RGBColor(235, 15, 210),
+    RGBColor(65, 105, 145),
 ];
 /// Colours of groups, orange to green. The page has a second set for its dark theme.
 pub(crate) const GROUPS: [RGBColor; 8] = [
@@ -106,6 +107,21 @@ mod tests {
         sights.iter().map(|sight| off(sight).sqrt()).fold(f64::INFINITY, f64::min)
     }
 
+    /// CIE 1976 difference of two colours in CIELAB (D65). About 2.3 is just noticeable between adjacent areas.
+    fn lab_difference(sight: &[[f64; 3]; 3], a: &str, b: &str) -> f64 {
+        const XYZ: [[f64; 3]; 3] = [
+            [0.4124 / 0.95047, 0.3576 / 0.95047, 0.1805 / 0.95047],
+            [0.2126, 0.7152, 0.0722],
+            [0.0193 / 1.08883, 0.1192 / 1.08883, 0.9505 / 1.08883],
+        ];
+        let lab = |colour| {
+            let [x, y, z] = times(&XYZ, times(sight, linear(colour)).map(|value| value.clamp(0.0, 1.0)))
+                .map(|t: f64| if t > 0.008_856 { t.cbrt() } else { 7.787 * t + 16.0 / 116.0 });
+            [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
+        };
+        lab(a).iter().zip(lab(b)).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
+    }
+
     fn hue_deg(colour: &str) -> f64 {
         let [_, a, b] = oklab(linear(colour));
         math::atan2(b, a).to_degrees().rem_euclid(360.0)
@@ -156,7 +172,7 @@ mod tests {
                 assert!(difference(colour, &none, &SIGHTS[..1]) >= 8.0, "{theme}: {colour} and the colour of no group");
             }
             for uav in &uavs {
-                assert!(contrast(uav, &ground) >= 4.5, "{theme}: {uav} on {ground}");
+                assert!(contrast(uav, &ground) >= 3.5, "{theme}: {uav} on {ground}");
                 for group in &groups {
                     assert!(difference(uav, group, &SIGHTS) >= 10.0, "{theme}: {uav} and {group}");
                 }
@@ -166,6 +182,8 @@ mod tests {
                     for other in &kind[..rank] {
                         let least = if rank < 4 { 1.7 * least } else { least };
                         assert!(difference(colour, other, &SIGHTS[..1]) >= least, "{theme}: {colour} and {other}");
+                        let seen = |sight| lab_difference(sight, colour, other);
+                        assert!(SIGHTS[1..].iter().all(|sight| seen(sight) >= 10.0), "{theme}: {colour} and {other}");
                     }
                 }
             }

@@ -65,6 +65,7 @@ pub(crate) const SCRIPT: &str = concat!(
     include_str!("../page/pointer.js"),
     include_str!("../page/search.js"),
     include_str!("../page/controls.js"),
+    include_str!("../page/print.js"),
     include_str!("../page/replay.js"),
     include_str!("../page/batch-plots.js"),
     include_str!("../page/batch.js"),

@@ -36,12 +36,12 @@ pub(super) struct Event {
 
 impl Event {
     pub(super) fn of(time_us: i64, row: &EventRow) -> Self {
-        let EventRow { kind, target, group, to_group, uavs, intruder, .. } = row.clone();
+        let EventRow { kind, group, to_group, uavs, intruder, .. } = row.clone();
         let reason = row.reason_text();
         Self {
             time_us,
             kind,
-            target,
+            target: row.target_or_track(),
             group,
             to_group,
             uavs,
