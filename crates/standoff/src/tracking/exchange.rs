@@ -1,5 +1,8 @@
 //! Exchanges of targets: after a meeting, two tracks may each follow the target that the other one followed before.
 //!
+//! Exchanges follow each other: if one track may have exchanged its target with a second, and the second with a third, the
+//! third may follow the target of the first.
+//!
 //! The association sums over all joint events but keeps one estimate for each track. The places of the targets are then
 //! known as well as before, but not which track follows which target. The reported estimate includes this: its covariance
 //! is that of the mixture over the possible exchanges, about the mean of the track. The tracker itself continues with the
@@ -46,6 +49,22 @@ pub(crate) fn exchange_probability(one: &Estimate, other: &Estimate) -> f64 {
     0.5 * math::exp(-0.25 * squared)
 }
 
+/// Odds of a probability up to 0.5. With odds, any number of tracks that are completely mixed up are equally probable.
+pub(crate) fn odds(probability: f64) -> f64 {
+    probability / (1.0 - probability)
+}
+
+/// Probability that two tracks have exchanged their targets by way of a third one: the target of one went to the third
+/// track, and from there to the other one. `one` and `other` are the indices of their partners, ascending, with the odds.
+pub(crate) fn in_two_steps_probability(one: &[(usize, f64)], other: &[(usize, f64)]) -> f64 {
+    let product = |(third, first): &(usize, f64)| {
+        let second = other.binary_search_by_key(third, |(third, _)| *third).ok()?;
+        Some(first * other[second].1)
+    };
+    let odds = one.iter().filter_map(product).fold(0.0, f64::max);
+    odds / (1.0 + odds)
+}
+
 /// Mixture of a track with the tracks that it may have exchanged its target with.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct ExchangeMixture {
@@ -57,8 +76,7 @@ pub(crate) struct ExchangeMixture {
 impl ExchangeMixture {
     /// Adds a track at a distance `between`, with the probability that both have exchanged their targets.
     pub(crate) fn add(&mut self, probability: f64, between: &Vector6<f64>) {
-        // With odds, any number of tracks that are completely mixed up are equally probable.
-        let odds = probability / (1.0 - probability);
+        let odds = odds(probability);
         self.odds += odds;
         self.second_moment += between * between.transpose() * odds;
     }
@@ -100,6 +118,15 @@ mod tests {
         assert_eq!(at(0.0), 0.5);
         assert!((at(6.0) - 0.5 * math::exp(-0.5)).abs() < 1e-12);
         assert!(at(20.0) < NEGLIGIBLE);
+    }
+
+    /// Exchanges with odds of 1/2 and 2/3 by way of the same track: 1/3, more than the 1/4 by way of another one.
+    #[test]
+    fn exchanges_follow_each_other() {
+        let [one, other] = [[(2, 0.5), (5, 0.5)], [(2, 2.0 / 3.0), (5, 0.5)]];
+        assert!((in_two_steps_probability(&one, &other) - 0.25).abs() < 1e-12);
+        assert_eq!(in_two_steps_probability(&one, &[(3, 1.0)]), 0.0);
+        assert_eq!(odds(0.5), 1.0);
     }
 
     #[test]

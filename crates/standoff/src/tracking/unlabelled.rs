@@ -317,18 +317,36 @@ impl UnlabelledTracks {
         self.include_exchanges(tracks);
     }
 
+    /// For each track, the tracks with which it may have exchanged its target, by ascending index, with the odds.
+    fn exchange_odds(&self) -> Vec<Vec<(usize, f64)>> {
+        let mut odds = vec![Vec::new(); self.confirmed.len()];
+        for (entry, of) in self.confirmed.iter().enumerate() {
+            for (id, probability) in &of.exchanges {
+                let Ok(other) = self.confirmed.binary_search_by_key(id, |of| of.id) else { continue };
+                let pair_odds = exchange::odds(*probability);
+                odds[entry].push((other, pair_odds));
+                odds[other].push((entry, pair_odds));
+            }
+        }
+        odds.iter_mut().for_each(|of| of.sort_by_key(|(other, _)| *other));
+        odds
+    }
+
     /// Includes in the covariances of the tracks that they may have exchanged their targets, now or before.
     fn include_exchanges<R: TrackRow>(&mut self, tracks: &mut TrackTable<R>) {
         let live_row = |id: TrackId| tracks.index(id).ok().filter(|row| !tracks.rows()[*row].track().is_lost());
         let entries = self.confirmed.iter().enumerate();
         let live: Vec<(usize, usize)> = entries.filter_map(|(entry, of)| Some((entry, live_row(of.id)?))).collect();
         let estimates: Vec<Estimate> = live.iter().map(|(_, row)| *tracks.rows()[*row].track().estimate()).collect();
+        let odds = self.exchange_odds();
         let mut exchanges: Vec<Vec<(TrackId, f64)>> = vec![Vec::new(); self.confirmed.len()];
         let mut mixtures = vec![ExchangeMixture::default(); live.len()];
         for (one, other) in exchange::close_pairs(&estimates) {
             let (entry, id) = (live[one].0, self.confirmed[live[other].0].id);
             let now = exchange_probability(&estimates[one], &estimates[other]);
-            let probability = now.max(self.confirmed[entry].exchange_probability(id));
+            let known = self.confirmed[entry].exchange_probability(id);
+            let in_two_steps = exchange::in_two_steps_probability(&odds[entry], &odds[live[other].0]);
+            let probability = now.max(known).max(in_two_steps);
             if probability > exchange::NEGLIGIBLE {
                 exchanges[entry].push((id, probability));
                 let between = estimates[other].state.0 - estimates[one].state.0;
