@@ -1,7 +1,7 @@
 //! Exchanges of targets: after a meeting, two tracks may each follow the target that the other one followed before.
 //!
-//! Exchanges follow each other: if one track may have exchanged its target with a second, and the second with a third, the
-//! third may follow the target of the first.
+//! Exchanges follow each other: if one track may have exchanged its target with a second, and then the second with a
+//! third, the third may follow the target of the first.
 //!
 //! The association sums over all joint events but keeps one estimate for each track. The places of the targets are then
 //! known as well as before, but not which track follows which target. The reported estimate includes this: its covariance
@@ -18,7 +18,7 @@ use crate::tracking::information_filter::{Estimate, inverse_2};
 /// pairs a target with its track. Otherwise the covariances would grow without limit as the tracks part.
 const DISTANCE_MAX_M: f64 = 45.0;
 
-/// Probability below which an exchange does not count.
+/// Odds below which an exchange does not count.
 pub(crate) const NEGLIGIBLE: f64 = 0.01;
 
 /// Maximum number of pairs of tracks that are compared in a time step.
@@ -49,20 +49,29 @@ pub(crate) fn exchange_probability(one: &Estimate, other: &Estimate) -> f64 {
     0.5 * math::exp(-0.25 * squared)
 }
 
-/// Odds of a probability up to 0.5. With odds, any number of tracks that are completely mixed up are equally probable.
-pub(crate) fn odds(probability: f64) -> f64 {
-    probability / (1.0 - probability)
+/// For each estimate, those close to it, by ascending index, with the odds of mistaking one target for the other. With
+/// odds, any number of tracks that are completely mixed up are equally probable.
+pub(crate) fn odds_of_all(estimates: &[Estimate]) -> Vec<Vec<(usize, f64)>> {
+    let mut odds = vec![Vec::new(); estimates.len()];
+    for (one, other) in close_pairs(estimates) {
+        let probability = exchange_probability(&estimates[one], &estimates[other]);
+        let of_pair = probability / (1.0 - probability);
+        odds[one].push((other, of_pair));
+        odds[other].push((one, of_pair));
+    }
+    odds.iter_mut().for_each(|of| of.sort_by_key(|(other, _)| *other));
+    odds
 }
 
-/// Probability that two tracks have exchanged their targets by way of a third one: the target of one went to the third
-/// track, and from there to the other one. `one` and `other` are the indices of their partners, ascending, with the odds.
-pub(crate) fn in_two_steps_probability(one: &[(usize, f64)], other: &[(usize, f64)]) -> f64 {
-    let product = |(third, first): &(usize, f64)| {
-        let second = other.binary_search_by_key(third, |(third, _)| *third).ok()?;
-        Some(first * other[second].1)
+/// Odds that track `other` follows a target after this time step, by earlier exchanges: those that it did before, or
+/// those of a third track before times those of an exchange of both now. `known` are the tracks that may have followed
+/// the target before, `now` those with which `other` may be mistaken now, by ascending index.
+pub(crate) fn odds_after(known: &[(usize, f64)], other: usize, now: &[(usize, f64)]) -> f64 {
+    let of = |all: &[(usize, f64)], track: usize| {
+        all.binary_search_by_key(&track, |(track, _)| *track).map_or(0.0, |found| all[found].1)
     };
-    let odds = one.iter().filter_map(product).fold(0.0, f64::max);
-    odds / (1.0 + odds)
+    let by_way_of = |(third, odds): &(usize, f64)| odds * of(now, *third);
+    known.iter().map(by_way_of).fold(of(known, other), f64::max)
 }
 
 /// Mixture of a track with the tracks that it may have exchanged its target with.
@@ -74,9 +83,8 @@ pub(crate) struct ExchangeMixture {
 }
 
 impl ExchangeMixture {
-    /// Adds a track at a distance `between`, with the probability that both have exchanged their targets.
-    pub(crate) fn add(&mut self, probability: f64, between: &Vector6<f64>) {
-        let odds = odds(probability);
+    /// Adds a track at a distance `between`, with the odds that it follows the target.
+    pub(crate) fn add(&mut self, odds: f64, between: &Vector6<f64>) {
         self.odds += odds;
         self.second_moment += between * between.transpose() * odds;
     }
@@ -120,19 +128,21 @@ mod tests {
         assert!(at(20.0) < NEGLIGIBLE);
     }
 
-    /// Exchanges with odds of 1/2 and 2/3 by way of the same track: 1/3, more than the 1/4 by way of another one.
+    /// Tracks 1 and 2 have met before, tracks 2 and 3 meet now: track 3 may follow the target of track 1.
     #[test]
-    fn exchanges_follow_each_other() {
-        let [one, other] = [[(2, 0.5), (5, 0.5)], [(2, 2.0 / 3.0), (5, 0.5)]];
-        assert!((in_two_steps_probability(&one, &other) - 0.25).abs() < 1e-12);
-        assert_eq!(in_two_steps_probability(&one, &[(3, 1.0)]), 0.0);
-        assert_eq!(odds(0.5), 1.0);
+    fn exchanges_follow_each_other_in_time() {
+        let now: [&[(usize, f64)]; 4] = [&[], &[], &[(3, 0.5)], &[(2, 0.5)]];
+        assert_eq!(odds_after(&[(2, 0.4)], 3, now[3]), 0.2);
+        assert_eq!(odds_after(&[(2, 0.4), (3, 0.3)], 3, now[3]), 0.3);
+        assert_eq!(odds_after(&[], 1, now[1]), 0.0);
     }
 
     #[test]
     fn close_pairs_are_found_in_any_order() {
         let estimates = [300.0, 0.0, 280.0, 44.0, 90.0].map(|x_m| estimate(x_m, 1.0));
         assert_eq!(close_pairs(&estimates), [(0, 2), (1, 3)]);
+        let odds = odds_of_all(&[0.0, 100.0, 1.0].map(|x_m| estimate(x_m, 30.0)));
+        assert!(odds[1].is_empty() && odds[0][0].0 == 2 && odds[2] == [(0, odds[0][0].1)] && odds[0][0].1 > 0.9);
     }
 
     /// Of tracks that are completely mixed up, each has the target with the same probability.
@@ -142,7 +152,7 @@ mod tests {
         let mut mixture = ExchangeMixture::default();
         assert!(mixture.estimate(&own).is_none());
         for x_m in [-10.0, 20.0] {
-            mixture.add(0.5, &(estimate(x_m, 2.0).state.0 - own.state.0));
+            mixture.add(1.0, &(estimate(x_m, 2.0).state.0 - own.state.0));
         }
         let admitted = mixture.estimate(&own).unwrap();
         assert_eq!(admitted.state, own.state);

@@ -95,7 +95,7 @@ struct Confirmed {
     modes: StoredModes,
     /// Estimate without exchanges; `None` if it is that in the table.
     own: Option<Estimate>,
-    /// Tracks of higher id with which it may have exchanged its target, by ascending id, each with the probability.
+    /// Tracks that may now follow its target, by ascending id, each with the odds.
     exchanges: Vec<(TrackId, f64)>,
 }
 
@@ -107,11 +107,6 @@ impl Confirmed {
     /// Estimate of its track without exchanges.
     fn own_estimate<'a>(&'a self, track: &'a Track) -> &'a Estimate {
         self.own.as_ref().unwrap_or(track.estimate())
-    }
-
-    /// Probability that it has exchanged its target with a track of higher id.
-    fn exchange_probability(&self, other: TrackId) -> f64 {
-        self.exchanges.iter().find(|(id, _)| *id == other).map_or(0.0, |(_, probability)| *probability)
     }
 }
 
@@ -205,9 +200,9 @@ impl UnlabelledTracks {
         let is_probability = |probability: f64| (0.0..=1.0).contains(&probability);
         let is_possible = |of: &Confirmed| {
             let is_usable = of.own.is_none_or(|own| InformationFilter::new(own).is_some());
-            let are_probabilities = of.exchanges.iter().all(|(_, probability)| (0.0..=0.5).contains(probability));
+            let are_odds = of.exchanges.iter().all(|(_, odds)| (0.0..=1.0).contains(odds));
             let are_sorted = of.exchanges.is_sorted_by(|a, b| a.0 < b.0);
-            is_probability(of.existence) && of.modes.is_valid() && is_usable && are_probabilities && are_sorted
+            is_probability(of.existence) && of.modes.is_valid() && is_usable && are_odds && are_sorted
         };
         let is_usable = |of: &Tentative| {
             is_probability(of.existence) && of.started <= now && InformationFilter::new(of.estimate).is_some()
@@ -317,49 +312,30 @@ impl UnlabelledTracks {
         self.include_exchanges(tracks);
     }
 
-    /// For each track, the tracks with which it may have exchanged its target, by ascending index, with the odds.
-    fn exchange_odds(&self) -> Vec<Vec<(usize, f64)>> {
-        let mut odds = vec![Vec::new(); self.confirmed.len()];
-        for (entry, of) in self.confirmed.iter().enumerate() {
-            for (id, probability) in &of.exchanges {
-                let Ok(other) = self.confirmed.binary_search_by_key(id, |of| of.id) else { continue };
-                let pair_odds = exchange::odds(*probability);
-                odds[entry].push((other, pair_odds));
-                odds[other].push((entry, pair_odds));
-            }
-        }
-        odds.iter_mut().for_each(|of| of.sort_by_key(|(other, _)| *other));
-        odds
-    }
-
-    /// Includes in the covariances of the tracks that they may have exchanged their targets, now or before.
+    /// Includes in the covariances of the tracks that other tracks may now follow their targets.
     fn include_exchanges<R: TrackRow>(&mut self, tracks: &mut TrackTable<R>) {
         let live_row = |id: TrackId| tracks.index(id).ok().filter(|row| !tracks.rows()[*row].track().is_lost());
         let entries = self.confirmed.iter().enumerate();
         let live: Vec<(usize, usize)> = entries.filter_map(|(entry, of)| Some((entry, live_row(of.id)?))).collect();
         let estimates: Vec<Estimate> = live.iter().map(|(_, row)| *tracks.rows()[*row].track().estimate()).collect();
-        let odds = self.exchange_odds();
-        let mut exchanges: Vec<Vec<(TrackId, f64)>> = vec![Vec::new(); self.confirmed.len()];
-        let mut mixtures = vec![ExchangeMixture::default(); live.len()];
-        for (one, other) in exchange::close_pairs(&estimates) {
-            let (entry, id) = (live[one].0, self.confirmed[live[other].0].id);
-            let now = exchange_probability(&estimates[one], &estimates[other]);
-            let known = self.confirmed[entry].exchange_probability(id);
-            let in_two_steps = exchange::in_two_steps_probability(&odds[entry], &odds[live[other].0]);
-            let probability = now.max(known).max(in_two_steps);
-            if probability > exchange::NEGLIGIBLE {
-                exchanges[entry].push((id, probability));
-                let between = estimates[other].state.0 - estimates[one].state.0;
-                mixtures[one].add(probability, &between);
-                mixtures[other].add(probability, &between);
+        let ids: Vec<TrackId> = live.iter().map(|(entry, _)| self.confirmed[*entry].id).collect();
+        let now = exchange::odds_of_all(&estimates);
+        self.confirmed.iter_mut().for_each(|of| of.own = None);
+        for (one, (entry, row)) in live.iter().enumerate() {
+            let of = &mut self.confirmed[*entry];
+            let index = |id: &TrackId| ids.binary_search(id).ok();
+            let known: Vec<_> = of.exchanges.iter().filter_map(|(id, odds)| Some((index(id)?, *odds))).collect();
+            let all = now[one]
+                .iter()
+                .map(|(other, odds)| (*other, odds.max(exchange::odds_after(&known, *other, &now[*other]))));
+            let all: Vec<_> = all.filter(|(_, odds)| *odds > exchange::NEGLIGIBLE).collect();
+            let mut mixture = ExchangeMixture::default();
+            for (other, odds) in &all {
+                mixture.add(*odds, &(estimates[*other].state.0 - estimates[one].state.0));
             }
-        }
-        for (of, exchanges) in self.confirmed.iter_mut().zip(exchanges) {
-            (of.own, of.exchanges) = (None, exchanges);
-        }
-        for ((mixture, own), (entry, row)) in mixtures.iter().zip(&estimates).zip(&live) {
-            if let Some(estimate) = mixture.estimate(own) {
-                self.confirmed[*entry].own = Some(*own);
+            of.exchanges = all.into_iter().map(|(other, odds)| (ids[other], odds)).collect();
+            if let Some(estimate) = mixture.estimate(&estimates[one]) {
+                of.own = Some(estimates[one]);
                 tracks.rows_mut()[*row].track_mut().refine(&estimate);
             }
         }
