@@ -9,6 +9,9 @@ use crate::guidance::standoff_distance::Spread;
 use crate::params::CentreEstimate;
 use crate::target::TargetState;
 
+/// Relative rounding error of distances, with a wide margin.
+const ROUNDING: f64 = 1e-6;
+
 /// Desired centre at one time step, before any filter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct DesiredCentre {
@@ -59,6 +62,23 @@ impl DesiredCentre {
             // centre, and at most one diameter.
             Some(circle) => (4.0 * orbit_m * orbit_m - circle.distance_m * circle.distance_m).max(0.0).sqrt(),
         }
+    }
+
+    /// False if no orbit that contains targets within `orbit_m` of its centre contains `members` and a further target.
+    /// This takes less time than their enclosing circle.
+    pub(crate) fn may_admit(
+        &self,
+        further: Position,
+        orbit_m: f64,
+        mut members: impl Iterator<Item = Position>,
+    ) -> bool {
+        let (reach_m, squared_m2) = (self.reach_m(orbit_m), further.squared_distance_m2(self.state.position()));
+        let is_within = |squared_m2: f64, limit_m: f64| squared_m2 <= limit_m * limit_m;
+        let Some(circle) = self.circle else { return is_within(squared_m2, reach_m) };
+        // A target inside the circle leaves it unchanged; otherwise, targets are at most one diameter apart.
+        is_within(squared_m2, reach_m)
+            && (is_within(squared_m2, circle.distance_m * (1.0 + ROUNDING))
+                || members.all(|at| is_within(at.squared_distance_m2(further), 2.0 * orbit_m * (1.0 + ROUNDING))))
     }
 
     /// Index of the target furthest from the desired centre.
@@ -117,6 +137,13 @@ mod tests {
         let group = [(-60.0, 0.0, 0.0), (60.0, 0.0, 0.0)];
         let desired = DesiredCentre::of(CentreEstimate::EnclosingCircle, &known(&group), 0..2).unwrap();
         let reach_m = desired.reach_m(100.0);
+        let may_admit = |at: (f64, f64), orbit_m| {
+            let members = known(&group).into_iter().map(|target| target.position());
+            desired.may_admit(Position::from_m(at.0, at.1), orbit_m, members.collect::<Vec<_>>().into_iter())
+        };
+        // 140 m from the centre is 200 m from one member and 80 m from the other one.
+        assert!(may_admit((139.9, 0.0), 100.0) && !may_admit((140.1, 0.0), 100.0));
+        assert!(may_admit((0.0, 59.0), 50.0) && !may_admit((0.0, 82.0), 50.0));
         assert!((reach_m - (200.0f64 * 200.0 - 60.0 * 60.0).sqrt()).abs() < 1e-9);
         for degrees in 0..360 {
             let at = crate::frame::Displacement::from_polar(reach_m, crate::angle::Angle::from_deg(f64::from(degrees)));

@@ -215,9 +215,9 @@ impl Grouping<'_> {
                 continue;
             }
             for (id, centre) in grid.near(target.position(), farthest_m).map(|index| &centres[index]) {
-                let reach_m = centre.reach_m(reach_m);
                 let squared_m2 = target.position().squared_distance_m2(centre.state.position());
-                if squared_m2 <= reach_m * reach_m && !target.is_blocked_from(*id, self.now) {
+                let members = memberships.of(*id).map(|member| memberships.tracks()[member].position());
+                if centre.may_admit(target.position(), reach_m, members) && !target.is_blocked_from(*id, self.now) {
                     candidates.push((squared_m2, track_index, *id));
                 }
             }
