@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use standoff::{Agent, AgentOutput, Angle, Command, Detection, Time, UavId, UavState};
-use standoff_record::agent_rows::{self, AvoidanceEvents};
+use standoff_record::agent_rows::{self, AvoidanceEvents, RetransmissionEvents};
 use standoff_record::{EventRow, Frame, NO_TARGET, ReportedState, TrackRow, UavRow};
 
 use crate::authority::State;
@@ -24,6 +24,7 @@ pub(crate) struct FlightRows {
     /// Number of time steps so far.
     steps: u64,
     avoidance: AvoidanceEvents,
+    retransmission: RetransmissionEvents,
     is_engaged: bool,
 }
 
@@ -59,7 +60,7 @@ impl FlightRows {
             agent_rows::detection(agent.id(), detection, target)
         });
         frame.detections.extend(detected);
-        self.add_own_events(&mut frame, seen.at, (agent.id(), output), state);
+        self.add_own_events(&mut frame, seen.at, (agent, output), state);
         frame
     }
 
@@ -99,8 +100,10 @@ impl FlightRows {
         *key
     }
 
-    /// Adds the events of the avoidance, and those of the start and the end of the commands.
-    fn add_own_events(&mut self, frame: &mut Frame, now: Time, (uav, output): (UavId, &AgentOutput), state: State) {
+    /// Adds the events of the avoidance and the retransmission, and those of the start and the end of the commands.
+    fn add_own_events(&mut self, frame: &mut Frame, now: Time, (agent, output): (&Agent, &AgentOutput), state: State) {
+        let uav = agent.id();
+        self.retransmission.add(now, uav, agent.is_retransmission_limited(), &mut frame.events);
         self.avoidance.add(now, uav, output.diagnostics.avoiding.as_ref(), &mut frame.events);
         let is_engaged = state == State::Engaged;
         if is_engaged != self.is_engaged {

@@ -175,6 +175,31 @@ impl AvoidanceEvents {
     }
 }
 
+/// Longest pause within one period of limited retransmission.
+const ONE_LIMITATION: Duration = Duration::from_us(5_000_000);
+
+/// Creates the events of the retransmission of a UAV.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct RetransmissionEvents {
+    /// Time at which retransmission was limited last.
+    last: Option<Time>,
+}
+
+impl RetransmissionEvents {
+    /// Adds an event if retransmissions of a UAV begin to wait for their budget (`retransmission-limited`).
+    pub fn add(&mut self, now: Time, uav: UavId, is_limited: bool, events: &mut Vec<EventRow>) {
+        if !is_limited {
+            return;
+        }
+        if self.last.is_none_or(|last| now - last > ONE_LIMITATION) {
+            let mut row = EventRow { kind: "retransmission-limited".to_owned(), ..EventRow::default() };
+            (row.uavs, row.reason) = (vec![uav.0], row.reason_text());
+            events.push(row);
+        }
+        self.last = Some(now);
+    }
+}
+
 fn avoidance(kind: &str, uav: UavId, avoidance: &Avoidance) -> EventRow {
     let distance_m = Some(avoidance.predicted_distance_m).filter(|metres| metres.is_finite());
     let uavs = std::iter::once(uav.0).chain(uav_of(avoidance.aircraft)).collect();
@@ -205,6 +230,7 @@ pub fn own_rows(agent: &Agent, agents: &mut PerAgentTables) {
         link_degraded: agent.link_is_degraded(),
         sent_messages: 0,
         sent_bytes: 0,
+        retransmission_limited: Some(agent.is_retransmission_limited()),
     });
     tracks(team_state, |row| agents.tracks.push(ByAgent { agent: by, row }));
     groups(team_state, |row| agents.groups.push(ByAgent { agent: by, row }));

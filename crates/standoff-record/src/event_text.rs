@@ -134,6 +134,9 @@ fn text(event: &EventRow) -> Option<String> {
                 "no command of UAV {uav} keeps the minimum separation from {other} within the limits and the geofence"
             ));
         }
+        ("retransmission-limited", _) => {
+            "missing messages wait, because the bandwidth or the budget for retransmissions is spent; commits can be late"
+        }
         ("proximity-cleared", _) => "no two UAVs at its altitude are too close any more",
         _ => return None,
     };

@@ -571,6 +571,9 @@ rows! {
         pub sent_messages: u64,
         /// Their total size, bytes.
         pub sent_bytes: u64,
+        /// True if retransmissions wait, because their budget of this time step is spent.
+        #[may_be(absent)]
+        pub retransmission_limited: Option<bool>,
     }
 
     /// An event that one agent publishes.

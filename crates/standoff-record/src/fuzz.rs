@@ -28,6 +28,7 @@ fn write(dir: &Path) {
         link_degraded: agent == 0,
         sent_messages: 1,
         sent_bytes: 1 << 40,
+        retransmission_limited: (agent == 0).then_some(true),
     });
     let (status, last_report_us, group, group_id) =
         (Some(standoff::TeammateStatus::Silent), Some(0), Some(1), Some(1 << 62));

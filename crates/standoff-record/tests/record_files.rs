@@ -1051,6 +1051,7 @@ fn frame_of_agents(step: u32, uavs: u32, targets: u32) -> Frame {
             link_degraded: step.is_multiple_of(2),
             sent_messages: 2,
             sent_bytes: u64::from(step) << 33,
+            retransmission_limited: step.is_multiple_of(3).then_some(step.is_multiple_of(2)),
         });
         agents.tracks.extend(frame.tracks.iter().map(|row| ByAgent { agent, row: *row }));
         agents.groups.extend(frame.groups.iter().map(|row| ByAgent { agent, row: *row }));

@@ -19,6 +19,8 @@ pub(crate) struct Agreement {
     /// Delay between the time step and the last commit, s.
     pub(crate) lag_s: Mean,
     pub(crate) lag_max_s: Option<f64>,
+    /// Time steps of agents in which retransmissions wait for their budget.
+    pub(crate) retransmission_limited: Mean,
     /// Bytes sent by each UAV, over all time steps.
     sent_bytes: BTreeMap<u32, u64>,
     steps: u64,
@@ -50,7 +52,10 @@ impl Agreement {
             self.differ.add(f64::from(differ));
             self.last_differing_us = if differ { Some(*time_us) } else { self.last_differing_us };
         }
-        for AgentRow { agent, committed_us, sent_bytes, .. } in &agents.all {
+        for AgentRow { agent, committed_us, sent_bytes, retransmission_limited, .. } in &agents.all {
+            if let Some(is_limited) = retransmission_limited {
+                self.retransmission_limited.add(f64::from(*is_limited));
+            }
             *self.sent_bytes.entry(*agent).or_default() += sent_bytes;
             if let Some(committed_us) = committed_us {
                 let lag_s = time_us.saturating_sub(*committed_us) as f64 / 1e6;
@@ -127,7 +132,9 @@ mod tests {
         for (agent, assigned_uavs, members) in agents {
             let (agent, committed_us) = (*agent, (time_s > 1).then_some((time_s - 2) * 1_000_000));
             let sent_bytes = 100 + 200 * u64::from(agent);
-            frame.agents.all.push(AgentRow { agent, committed_us, sent_bytes, ..AgentRow::default() });
+            let retransmission_limited = (time_s > 0).then_some(agent == 1 && time_s == 2);
+            let row = AgentRow { agent, committed_us, sent_bytes, retransmission_limited, ..AgentRow::default() };
+            frame.agents.all.push(row);
             frame.agents.teammates.extend((0..).zip(assigned_uavs).map(|(uav, group_id)| TeammateRow {
                 agent,
                 uav,
@@ -210,7 +217,8 @@ mod tests {
     }
 
     /// Two time steps without a commit, then a delay of two seconds, and once of five. The second of two UAVs has an
-    /// agent in four of five seconds and sends 300 bytes in each: 240 bytes/s; the first sends 100 bytes/s.
+    /// agent in four of five seconds and sends 300 bytes in each: 240 bytes/s; the first sends 100 bytes/s. Its
+    /// retransmissions wait in one of the eight steps that state it.
     #[test]
     fn lag_and_bytes_are_reported_as_mean_and_maximum() {
         let mut flown: Vec<Frame> =
@@ -219,6 +227,7 @@ mod tests {
         let agreement = after(flown);
         assert_eq!((agreement.lag_s.value(), agreement.lag_max_s), (Some(2.5), Some(5.0)));
         assert_eq!(agreement.bytes_per_s(1.0), [Some(170.0), Some(240.0)]);
+        assert_eq!(agreement.retransmission_limited.value(), Some(0.125));
         assert_eq!(after([frame(0, &[])]).bytes_per_s(1.0), [None; 2]);
     }
 }

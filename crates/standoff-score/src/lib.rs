@@ -346,7 +346,8 @@ impl Scorer {
             reacquired: refound,
             reacquisition: refind,
         } = self.tallies.sums();
-        let Agreement { differ, lag_s, lag_max_s, duplicate_coverage: double_served, .. } = &self.agreement;
+        let Agreement { differ, lag_s, lag_max_s, retransmission_limited, duplicate_coverage: double_served, .. } =
+            &self.agreement;
         let [sent_bytes_per_s, sent_bytes_per_s_max] = self.agreement.bytes_per_s(period_s);
         let [quiet, manoeuvring] = self.tallies.consistency(&self.config.manoeuvring);
         let metrics = Metrics {
@@ -404,6 +405,7 @@ impl Scorer {
             commit_lag_max_s: *lag_max_s,
             sent_bytes_per_s,
             sent_bytes_per_s_max,
+            retransmission_limited_fraction: retransmission_limited.value(),
             anees: self.so_far.nees.value(),
             anees_nonmanoeuvring: quiet,
             anees_manoeuvring: manoeuvring,

@@ -301,6 +301,8 @@ metrics! {
             sent_bytes_per_s: f64, "data rate sent per UAV, mean", LARGE, 50.0, NOTHING;
             /// Data rate of the UAV that sends most, bytes/s.
             sent_bytes_per_s_max: f64, "data rate sent per UAV, maximum", LARGE, 50.0, NOTHING;
+            /// Fraction of agent time in which retransmissions wait because their budget is spent, 0 to 1.
+            retransmission_limited_fraction: f64, "agent time with limited retransmission", LARGE, 0.01, NOTHING;
         }
     }
 }
@@ -320,6 +322,7 @@ impl Metrics {
         "commit_lag_max_s",
         "sent_bytes_per_s",
         "sent_bytes_per_s_max",
+        "retransmission_limited_fraction",
     ];
 
     /// Ratios pooled over runs as the square root of the ratio of two means: ratio, numerator, denominator. Selecting

@@ -1,7 +1,7 @@
 //! Names of earlier versions: nothing is read under them, but an error names the current one.
 
 /// Scenario keys without the indices of arrays: earlier and current name.
-const KEYS: [(&str, &str); 45] = [
+const KEYS: [(&str, &str); 44] = [
     ("map", "basemap"),
     ("settle_s", "transient_s"),
     ("zones", "geofence"),
@@ -9,7 +9,6 @@ const KEYS: [(&str, &str); 45] = [
     ("uavs.at", "uavs.start"),
     ("uavs.start_late_s", "uavs.boot_delay_s"),
     ("team.horizon_s", "team.message_retention_s"),
-    ("team.repair_bytes_per_s", "team.retransmit_bytes_per_s"),
     ("team.minds", "team.agents"),
     ("radio.loss", "radio.packet_loss"),
     ("radio.delay_s", "radio.latency_s"),

@@ -9,7 +9,7 @@ use standoff::{
     AgentOutput, AirVelocity, Angle, Command, DesiredPath, Message, ParamError, PointingTarget, Position, Scan, Time,
     UavId, UavState, Velocity, Wind,
 };
-use standoff_record::agent_rows::{self, AirState, AvoidanceEvents};
+use standoff_record::agent_rows::{self, AirState, AvoidanceEvents, RetransmissionEvents};
 use standoff_record::{Frame, ReportedTables};
 use standoff_score::matching::Identities;
 use standoff_score::{MetricSelection, Metrics, ScoreConfig, Scorer};
@@ -127,6 +127,7 @@ struct Uav {
     /// Commanded altitude, m.
     altitude_m: Option<f64>,
     avoidance: AvoidanceEvents,
+    retransmission: RetransmissionEvents,
 }
 
 impl Uav {
@@ -190,6 +191,7 @@ impl<B: Controller> Mission<B> {
                 assumed_wind: Wind::default(),
                 altitude_m: None,
                 avoidance: AvoidanceEvents::default(),
+                retransmission: RetransmissionEvents::default(),
             }
         });
         Ok(Self {
@@ -398,7 +400,7 @@ impl<B: Controller> Mission<B> {
         frame.intruders.extend(intruders.all().map(|(number, intruder)| truth_rows::intruder(number, intruder, now)));
         let is_on = uavs.iter().any(|uav| !uav.is_off);
         let mut avoidances = Vec::new();
-        for uav in uavs {
+        for uav in &mut *uavs {
             let mut step = if uav.is_off {
                 AgentOutput::command_only(settings.team.fallback_command())
             } else {
@@ -446,6 +448,10 @@ impl<B: Controller> Mission<B> {
         for row in &mut agents.all {
             let sent = radio.sent().get(row.agent as usize).copied().unwrap_or_default();
             (row.sent_messages, row.sent_bytes) = (sent.messages, sent.bytes);
+            if let Some(uav) = uavs.get_mut(row.agent as usize) {
+                let is_limited = row.retransmission_limited == Some(true);
+                uav.retransmission.add(now, uav.id, is_limited, events);
+            }
         }
     }
 

@@ -126,6 +126,8 @@ function agentFacts(replayData, { id, agentState }) {
       "UAVs whose reports this agent does not receive", "missing_reports"],
     ["Report ages", reportAgesText(replayData, id, stepIndex), "Age of the last report received from each other UAV", "ages"],
     ["Commit lag (s)", fixed(agentState.lag_s, 1), "Time since the last committed time step; the team state up to that step is final", "lag_s"],
+    ...(agentState.isLimited
+      ? [["Retransmissions", "limited", "Missing messages wait, because the bandwidth or the budget for retransmissions is spent", "retransmissions"]] : []),
   ];
 }
 

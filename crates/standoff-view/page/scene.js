@@ -112,7 +112,7 @@ function agentAt(replayData, id, owner, stepIndex) {
   const own = (column) => replayData.value("agents", column, id, stepIndex);
   const isOn = agents.isOn(id, stepIndex);
   return {
-    stepIndex, owner, isOn, shown, lag_s: own("lag_s"), link_degraded: own("link_degraded") === 1, group: idOf(own("group")),
+    stepIndex, owner, isOn, shown, lag_s: own("lag_s"), link_degraded: own("link_degraded") === 1, isLimited: own("limited") === 1, group: idOf(own("group")),
     isNotReceived: shown !== null && NOT_RECEIVED.has(shown.status),
   };
 }

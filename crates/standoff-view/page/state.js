@@ -167,7 +167,7 @@ function agentRows(replayData, scene) {
     const agrees = !isOn ? "" : others.length ? `UAV ${others.join(", ")}` : "none";
     return {
       id, isOn, notReceived: isOn && notReceivedText(replayData, id, stepIndex), assignments: isOn ? assignmentsText(replayData, id, stepIndex) : "", agrees,
-      lag_s: replayData.value("agents", "lag_s", id, stepIndex),
+      lag_s: replayData.value("agents", "lag_s", id, stepIndex), isLimited: replayData.value("agents", "limited", id, stepIndex) === 1,
     };
   });
 }

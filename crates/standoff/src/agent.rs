@@ -216,6 +216,12 @@ impl Agent {
         self.now.is_some_and(|now| self.replica.log.link_is_degraded(now))
     }
 
+    /// True if the bandwidth or the load did not allow all retransmissions and requested snapshot parts in this time step,
+    /// so that they wait: commits are then late, and a newcomer waits longer.
+    pub fn is_retransmission_limited(&self) -> bool {
+        self.replica.retransmission.is_limited
+    }
+
     /// True if the clock was set, or the program was paused for longer than 10 s: the last observations had two or more
     /// rejected times that follow each other. A single wrong time is an error.
     pub fn is_time_jump(&self) -> bool {

@@ -99,10 +99,16 @@ params! {
             /// UAVs act together, because most missing messages have arrived by then. Otherwise the current ones are
             /// used. Applies if each UAV has its own agent.
             pub(crate) decision_lag_s = 2.0, "s", "team.decision_lag_s", Allowed::at_least(0.0).at_most(10.0);
-            /// Maximum rate at which a UAV retransmits messages for others, snapshots included. Applies if each UAV has
-            /// its own agent.
-            pub retransmit_bytes_per_s = 1500.0, "bytes/s", "team.retransmit_bytes_per_s",
-                Allowed::at_least(0.0).at_most(1e6);
+        }
+        others {
+            /// Bandwidth of this UAV's transmitter, bytes/s, above 0. It bounds retransmissions and snapshots, which
+            /// otherwise follow the load; the report is always sent. `None`: not known.
+            pub bandwidth_bytes_per_s: Option<f64> = None;
+        }
+        relations |log, errors| {
+            if let Some(bytes_per_s) = log.bandwidth_bytes_per_s {
+                Allowed::above(0.0).at_most(1e9).check("bandwidth_bytes_per_s", bytes_per_s, errors);
+            }
         }
     }
 

@@ -363,21 +363,49 @@ fn a_flight_is_recorded_without_truth_and_its_record_can_be_read() {
     assert_eq!((frames.len(), frames[99].tracks.len(), record.has_truth()), (100, 1, false));
 }
 
-#[test]
-fn a_record_has_the_teammates_that_the_agent_knows() {
-    let mut flights = [0, 1].map(|uav| {
+/// Two UAVs with radios of this bandwidth.
+fn pair(bandwidth_bytes_per_s: Option<f64>) -> [Flight; 2] {
+    [0, 1].map(|uav| {
         let mut config = Config { uav: UavId(uav), teammates: vec![UavId(1 - uav)], ..config() };
         config.params.link = LinkModel::Lossy;
+        config.params.log.bandwidth_bytes_per_s = bandwidth_bytes_per_s;
         let mut flight = Flight::new(config, None);
         flight.vehicle.aircraft.position = Position::from_m(-400.0 + 700.0 * f64::from(uav), -300.0);
         flight
-    });
-    for _ in 0..300 {
-        flights.iter_mut().for_each(Flight::step);
-        let [first, second] = &mut flights;
-        first.to_teammates.drain(..).for_each(|datagram| second.companion.hear_teammate(&datagram));
-        second.to_teammates.drain(..).for_each(|datagram| first.companion.hear_teammate(&datagram));
+    })
+}
+
+/// Flies a step; the second UAV receives the messages of the first one if `is_received`.
+fn step_together(flights: &mut [Flight; 2], is_received: bool) {
+    flights.iter_mut().for_each(Flight::step);
+    let [first, second] = flights;
+    let received = first.to_teammates.drain(..).filter(|_| is_received);
+    received.for_each(|datagram| second.companion.hear_teammate(&datagram));
+    second.to_teammates.drain(..).for_each(|datagram| first.companion.hear_teammate(&datagram));
+}
+
+/// A radio that has no room for retransmissions.
+#[test]
+fn limited_retransmissions_are_in_the_status_line_and_the_record() {
+    for (bandwidth_bytes_per_s, is_limited) in [(Some(1.0), true), (None, false)] {
+        let mut flights = pair(bandwidth_bytes_per_s);
+        let mut lines = 0;
+        for step in 0..300 {
+            step_together(&mut flights, step % 20 != 0);
+            lines += usize::from(flights[0].line().contains("retransmissions to teammates wait"));
+        }
+        let kinds = kinds(&flights[0].frames);
+        let events = kinds.iter().filter(|kind| **kind == "retransmission-limited").count();
+        assert_eq!((lines > 0, events > 0), (is_limited, is_limited), "{lines}, {events}");
+        // One event covers the time steps up to 5 s later.
+        assert!(events <= lines / 5 + 1, "{lines}, {events}");
     }
+}
+
+#[test]
+fn a_record_has_the_teammates_that_the_agent_knows() {
+    let mut flights = pair(None);
+    (0..300).for_each(|_| step_together(&mut flights, true));
     for (flight, other) in [(&flights[0], &flights[1]), (&flights[1], &flights[0])] {
         assert_eq!(flight.companion.authority(), State::Engaged);
         let frame = flight.frames.last().unwrap();

@@ -146,6 +146,9 @@ pub(super) fn checked(typed: &Typed, traffic: Option<&Traffic>, seed: u64) -> Re
     if typed.file.needs_an_agent_per_uav() {
         settings.team.link = standoff::LinkModel::Lossy;
     }
+    // A rejected bandwidth is not reported twice.
+    let radio = file.radio.as_ref().filter(|_| problems.found.is_empty());
+    settings.team.log.bandwidth_bytes_per_s = radio.and_then(|radio| radio.bandwidth_bytes_per_s);
     if settings.agents == AgentSetup::Shared && typed.file.needs_an_agent_per_uav() {
         let what = "a single agent for all UAVs needs an ideal radio: with [radio], restarts, late starts or clocks \
                     set \"per-uav\", or leave out the key";

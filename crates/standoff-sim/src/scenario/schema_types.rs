@@ -275,7 +275,7 @@ tables! {
         /// Range beyond which no message is received, m; above 0, at most 1e7. If absent: unlimited.
         range_m: Allowed::above(0.0).at_most(1e7);
         /// Bandwidth of a UAV's transmitter, bytes/s; above 0, at most 1e9. Messages of up to one second wait; further
-        /// messages are dropped. If absent: unlimited.
+        /// messages are dropped. Agents limit their retransmissions to it. If absent: unlimited.
         bandwidth_bytes_per_s: Allowed::above(0.0).at_most(1e9);
         /// Time at which all faults except partitions end, s; 0 to 1e9. If absent: never.
         fault_until_s: TIME_S;

@@ -69,7 +69,8 @@ fn one_agent_per_uav_and_one_per_team_have_the_same_scores() {
         "commit_lag_max_s",
         "sent_bytes_per_s",
     ];
-    assert_eq!(agreement, [&expected[..], &["sent_bytes_per_s_max"]].concat());
+    let further = ["sent_bytes_per_s_max", "retransmission_limited_fraction"];
+    assert_eq!(agreement, [&expected[..], &further].concat());
     assert_eq!(each.assignment_disagreement_fraction, Some(0.0));
 }
 

@@ -168,6 +168,7 @@ fn tour_teams_agree_despite_radio_faults() {
             "{lossy:?}"
         );
         assert!(lossy.custody_fraction.unwrap() > 0.97, "{lossy:?}");
+        assert_eq!(lossy.retransmission_limited_fraction, Some(0.0), "{lossy:?}");
         // Each half keeps its groups, and no vehicle goes out of view meanwhile.
         let apart = fly("tour/08-network-partition", &[], seed);
         assert!((0.25..0.4).contains(&apart.assignment_disagreement_fraction.unwrap()), "{apart:?}");
@@ -181,9 +182,23 @@ fn tour_teams_agree_despite_radio_faults() {
         let together = fly("tour/04-two-groups", &[], seed);
         assert!(apart.separation_min_m.unwrap() > 0.95 * together.separation_min_m.unwrap(), "{apart:?}");
     }
-    // Without retransmission, they never agree.
-    let silent = fly("tour/07-lossy-radio", &["team.retransmit_bytes_per_s=0"], 1);
-    assert!(silent.assignment_disagreement_fraction.unwrap() > 0.5, "{silent:?}");
+}
+
+/// If the bandwidth leaves no room for retransmissions, the agents never agree, and events and a metric state the cause.
+#[test]
+fn a_bandwidth_that_is_too_small_for_retransmissions_is_reported() {
+    let scenario = load("tour/07-lossy-radio", &["radio.bandwidth_bytes_per_s=600"], 1);
+    let frames = frames(&scenario);
+    let metrics = score(&scenario, &frames);
+    assert!(metrics.assignment_disagreement_fraction.unwrap() > 0.5, "{metrics:?}");
+    let limited = frames.iter().flat_map(|frame| &frame.agents.all).map(|row| row.retransmission_limited == Some(true));
+    let (count, all) = (limited.clone().filter(|is_limited| *is_limited).count(), limited.count());
+    assert!((metrics.retransmission_limited_fraction.unwrap() - count as f64 / all as f64).abs() < 1e-9);
+    assert!(2 * count > all, "{count} of {all}");
+    let events: Vec<_> = frames.iter().flat_map(|frame| &frame.events).collect();
+    let limited: Vec<_> = events.iter().filter(|event| event.kind == "retransmission-limited").collect();
+    assert!((0..4).all(|uav| limited.iter().any(|event| event.uavs == [uav])) && limited.len() < count / 10);
+    assert!(limited[0].reason.contains("bandwidth"), "{limited:?}");
 }
 
 /// Order of the columns of Table II: two UAVs estimate better than one, and the active measures reduce the standoff

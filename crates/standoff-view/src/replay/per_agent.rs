@@ -19,9 +19,9 @@ mod tests;
 const ROWS: usize = 200_000;
 
 /// Columns of an agent, by UAV; missing while its computer is off. `lag_s`: age of the last committed time step.
-/// `link_degraded`: 1 if its link is degraded. `group`, `created_s`: assigned group and its creation time.
+/// `link_degraded`: 1 if its link is degraded. `limited`: 1 if retransmissions wait for their budget. `group`, `created_s`: assigned group and its creation time.
 /// `assignments`: lowest UAV whose agent has the same assignments.
-const AGENT: [&str; 5] = ["lag_s", "link_degraded", "group", "created_s", "assignments"];
+const AGENT: [&str; 6] = ["lag_s", "link_degraded", "limited", "group", "created_s", "assignments"];
 /// Columns of a UAV in the state of an agent: index of its [`TeammateStatus`](standoff::TeammateStatus) or `NEVER_RECEIVED`, age of its newest
 /// report, and assigned group with its creation time. A missing row means: live, with a report of this time step, and
 /// assigned to the group that the UAV itself reports.
@@ -72,8 +72,8 @@ impl AssignmentTables {
             }
             let lag_s = row.committed_us.map(|committed_us| seconds(frame.time_us.saturating_sub(committed_us)));
             let [group, created_s] = assignment(agents.teammate(row.agent, row.agent));
-            self.agents
-                .put(row.agent, [lag_s, Some(f64::from(row.link_degraded)), group, created_s, Some(f64::from(same))]);
+            let (degraded, limited) = (f64::from(row.link_degraded), row.retransmission_limited.map(f64::from));
+            self.agents.put(row.agent, [lag_s, Some(degraded), limited, group, created_s, Some(f64::from(same))]);
             self.team(frame, row.agent);
         }
     }

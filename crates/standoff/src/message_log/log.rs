@@ -62,7 +62,21 @@ pub(crate) struct MessageLog {
     pub(crate) changed_from: i64,
     /// Last time step with a missing message, here or at a teammate.
     pub(crate) degraded_at: i64,
+    pub(crate) loss: MeasuredLoss,
     pub(crate) rejected: Rejected,
+}
+
+/// Fraction of entries that teammates lacked when they should have arrived, over about [`DEGRADED_HOLD_S`].
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct MeasuredLoss {
+    expected: f64,
+    missing: f64,
+}
+
+impl MeasuredLoss {
+    pub(crate) fn fraction(&self) -> f64 {
+        self.missing / self.expected.max(1.0)
+    }
 }
 
 impl MessageLog {
@@ -87,6 +101,7 @@ impl MessageLog {
             late_at: NEVER,
             changed_from: i64::MAX,
             degraded_at: NEVER,
+            loss: MeasuredLoss::default(),
             rejected: Rejected::default(),
         }
     }
@@ -157,6 +172,8 @@ impl MessageLog {
     /// state needs.
     pub(crate) fn turn_to(&mut self, now: i64, needed_from: i64) {
         self.messages_mut(now);
+        let kept = 1.0 - 1.0 / self.degraded_hold.max(1) as f64;
+        self.loss = MeasuredLoss { expected: kept * self.loss.expected, missing: kept * self.loss.missing };
         if !self.link_is_degraded(now) {
             // Without degradation, messages that seem to be missing are requested immediately.
             self.typical_delay = 0;
@@ -394,9 +411,37 @@ impl MessageLog {
         if log_status.degraded_at > self.time(self.degraded_at) {
             self.degraded_at = self.step_at(log_status.degraded_at).min(step).max(self.degraded_at);
         }
+        self.measure_loss(log_status, report.uav, (step, is_alike));
         if !is_alike {
             self.learn_of_teammates(log_status, step);
         }
+    }
+
+    /// Measures the loss by the newest entries that the sender of a log status should have received.
+    fn measure_loss(&mut self, log_status: &LogStatus, by: UavId, (step, is_alike): (i64, bool)) {
+        let due = step - 1 - self.typical_delay;
+        if self.step_at(log_status.committed_until) >= due {
+            return;
+        }
+        let is_listed = |source: MessageSource| {
+            log_status.received.iter().any(|run| run.source == source && run.from <= due && due <= run.to)
+        };
+        for (source, runs) in &self.received {
+            if matches!(source, MessageSource::Uav(uav) if *uav != by) && runs.holds(due) {
+                self.loss.expected += 1.0;
+                self.loss.missing += f64::from(!is_alike && !is_listed(*source));
+            }
+        }
+    }
+
+    /// Mean size of the reports of the newest time step that has usually arrived, as retransmitted, bytes; 0 if there are
+    /// none.
+    pub(crate) fn mean_report_bytes(&self, now: i64) -> f64 {
+        let row = self.messages(now - 1 - self.typical_delay);
+        let sizes =
+            row.into_iter().flat_map(StepMessages::reports).map(|report| Message::report_size_bytes(report, None));
+        let (count, bytes) = sizes.fold((0, 0), |(count, bytes), size| (count + 1, bytes + size));
+        bytes as f64 / f64::from(count.max(1))
     }
 
     /// True if the sender's list of received entries, together with this report, equals the entries received here, as

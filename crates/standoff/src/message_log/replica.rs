@@ -2,7 +2,7 @@
 
 use super::log::MessageLog;
 use super::outbox::Outbox;
-use super::retransmission::{Resend, Retransmission};
+use super::retransmission::{RadioLoad, Resend, Retransmission};
 use super::rollback::TeamStateHistory;
 use super::snapshot::{SnapshotReceiver, SnapshotSender};
 use crate::message::{Message, Report};
@@ -21,7 +21,7 @@ pub(crate) struct Replica {
     pub(crate) log: MessageLog,
     pub(crate) history: TeamStateHistory,
     pub(crate) outbox: Outbox,
-    pub(super) retransmission: Retransmission,
+    pub(crate) retransmission: Retransmission,
     pub(super) snapshot_sender: SnapshotSender,
     pub(super) snapshot_receiver: SnapshotReceiver,
     /// First time step of this agent.
@@ -88,9 +88,8 @@ impl Replica {
         self.commit(now);
         self.history.start_decision();
         self.outbox.clear();
+        self.retransmission.is_limited = false;
         self.is_stale = true;
-        let params = &self.history.updater.params.log;
-        self.retransmission.add_budget(params.retransmit_bytes_per_s, self.log.period.s());
     }
 
     /// Number of messages that were rejected so far.
@@ -113,7 +112,7 @@ impl Replica {
             *message = Message::Report(Report::position_only(own.uav, Time::EPOCH, *own.state));
         }
         if let (Message::Report(report), Some(logged)) =
-            (message, log.messages(now).and_then(|messages| messages.report_of(own.uav)))
+            (&mut *message, log.messages(now).and_then(|messages| messages.report_of(own.uav)))
         {
             (report.uav, (report.restart_count, report.sequence)) = (own.uav, own.order);
             (report.time, report.state, report.boresight) = (logged.time, *own.state, logged.boresight);
@@ -128,6 +127,15 @@ impl Replica {
             log_status.snapshot_request = request;
             log.list(history.committed, log_status);
         }
+        let load = RadioLoad {
+            own_report_bytes: message.size_bytes(),
+            mean_report_bytes: log.mean_report_bytes(now),
+            teammates: log.teammates_with_status(now).count(),
+            loss: log.loss.fraction(),
+            period_s: log.period.s(),
+            bandwidth_bytes_per_s: history.updater.params.log.bandwidth_bytes_per_s,
+        };
+        self.retransmission.add_budget(&load);
         self.offer_snapshot(now);
         let outbox = &mut self.outbox;
         let is_missing = self.retransmission.next_messages(&self.log, now, |again| {

@@ -2,9 +2,10 @@
 //!
 //! A report lists which entries its sender had received. The entries that it lacked are retransmitted: by their source,
 //! if it is live and receivable; otherwise by the agents that have them, in turn. No entry is retransmitted while it
-//! may still be delayed as usual or while the answer to an earlier retransmission cannot have arrived, and the budget
-//! limits the total. The order alternates between newest first, because new entries affect guidance, and oldest first,
-//! because these delay commits.
+//! may still be delayed as usual or while the answer to an earlier retransmission cannot have arrived, and a budget
+//! limits the total: it follows the size of the reports, the team and the measured loss, within the radio's bandwidth.
+//! The order alternates between newest first, because new entries affect guidance, and oldest first, because these
+//! delay commits.
 
 use std::collections::BTreeMap;
 
@@ -20,6 +21,56 @@ const OTHERS_AFTER: i64 = 4;
 /// Maximum number of recorded retransmissions; entries beyond it may be sent twice.
 const SENT_MAX: usize = 1 << 14;
 
+/// Budget of an agent, relative to the expected transmissions of a report: enough for retransmissions by several agents,
+/// and to catch up after an interruption in a quarter of its duration.
+const BUDGET_FACTOR: f64 = 4.0;
+
+/// Largest measured loss that the budget allows for.
+const LOSS_MAX: f64 = 0.9;
+
+/// Load of the radio that determines the budget.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct RadioLoad {
+    pub(crate) period_s: f64,
+    /// Size of this agent's report, bytes.
+    pub(crate) own_report_bytes: usize,
+    /// Mean size of the reports that this agent may have to retransmit, bytes.
+    pub(crate) mean_report_bytes: f64,
+    pub(crate) teammates: usize,
+    /// Fraction of the entries that teammates lack at first.
+    pub(crate) loss: f64,
+    pub(crate) bandwidth_bytes_per_s: Option<f64>,
+}
+
+impl RadioLoad {
+    /// Budget of one period, which is negative if the report exceeds the bandwidth, and limits of what accumulates, bytes.
+    fn budget_bytes(&self) -> (f64, [f64; 2]) {
+        let transmissions = transmissions_per_report(self.teammates, self.loss);
+        let own_report_bytes = self.own_report_bytes as f64;
+        let per_period = BUDGET_FACTOR * transmissions * self.mean_report_bytes.max(own_report_bytes);
+        // The budget of one second accumulates, or of one period if that is longer.
+        let per_s = per_period * (1.0 / self.period_s).max(1.0);
+        // A transmitter saves no bandwidth for later.
+        let room = self.bandwidth_bytes_per_s.map_or(f64::INFINITY, |rate| rate * self.period_s - own_report_bytes);
+        (per_period.min(room), [-per_s, per_s.min(room.max(0.0))])
+    }
+}
+
+/// Mean number of transmissions of a report until all teammates have received it, if each loses each transmission with
+/// probability `loss`.
+fn transmissions_per_report(teammates: usize, loss: f64) -> f64 {
+    let loss = loss.clamp(0.0, LOSS_MAX);
+    let (mut transmissions, mut lost) = (0.0, 1.0);
+    loop {
+        // Probability that a teammate still lacks the report.
+        let is_missing = 1.0 - (0..teammates.max(1)).fold(1.0, |all_have, _| all_have * (1.0 - lost));
+        if is_missing < 0.01 {
+            return transmissions;
+        }
+        (transmissions, lost) = (transmissions + is_missing, lost * loss);
+    }
+}
+
 /// Retransmission state of an agent.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Retransmission {
@@ -31,14 +82,15 @@ pub(crate) struct Retransmission {
     budget_bytes: f64,
     /// Half of the maximum budget, bytes.
     half_bytes: f64,
+    /// True if the budget of this time step was not enough for the missing entries and requested snapshots.
+    pub(crate) is_limited: bool,
 }
 
 impl Retransmission {
     /// Adds the budget of one period.
-    pub(crate) fn add_budget(&mut self, bytes_per_s: f64, period_s: f64) {
-        // At most the budget of one second accumulates, or of one period if that is longer.
-        let most = bytes_per_s * period_s.max(1.0);
-        self.budget_bytes = (self.budget_bytes + bytes_per_s * period_s).min(most);
+    pub(crate) fn add_budget(&mut self, load: &RadioLoad) {
+        let (per_period, [least, most]) = load.budget_bytes();
+        self.budget_bytes = (self.budget_bytes + per_period).clamp(least, most);
         self.half_bytes = 0.5 * most;
     }
 
@@ -46,7 +98,9 @@ impl Retransmission {
         self.budget_bytes -= bytes as f64;
     }
 
-    pub(crate) fn is_spent(&self) -> bool {
+    /// True if the budget is spent although something is to be sent.
+    pub(crate) fn is_spent(&mut self) -> bool {
+        self.is_limited |= self.budget_bytes <= 0.0;
         self.budget_bytes <= 0.0
     }
 
@@ -190,5 +244,43 @@ impl MessageLog {
         let holders = || self.teammates.iter().filter(is_candidate).filter(is_live).filter(holds);
         let turn = (now + number).rem_euclid(holders().count().max(1) as i64);
         holders().cycle().skip(turn as usize).take(others).any(|other| other.uav == self.own)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// With a loss of 20 %, all three teammates have a report after 1.63 transmissions on average: with probability
+    /// 0.8^3 after one, 0.96^3 after two, 0.992^3 after three, 0.9984^3 after four.
+    #[test]
+    fn transmissions_per_report_are_the_mean_of_the_largest_of_geometric_numbers() {
+        for (teammates, loss, expected) in
+            [(3, 0.2, 1.63), (15, 0.2, 2.57), (1, 0.5, 2.0), (0, 0.0, 1.0), (7, 0.0, 1.0), (255, 1.0, 58.7)]
+        {
+            let transmissions = transmissions_per_report(teammates, loss);
+            assert!((transmissions / expected - 1.0).abs() < 0.015, "{teammates}, {loss}: {transmissions}");
+        }
+    }
+
+    #[test]
+    fn the_budget_follows_the_load_within_the_bandwidth() {
+        let load = RadioLoad {
+            period_s: 0.5,
+            own_report_bytes: 200,
+            mean_report_bytes: 400.0,
+            teammates: 3,
+            loss: 0.0,
+            bandwidth_bytes_per_s: None,
+        };
+        let of = |load: RadioLoad| load.budget_bytes();
+        assert_eq!(of(load), (1600.0, [-3200.0, 3200.0]));
+        assert_eq!(of(RadioLoad { own_report_bytes: 800, ..load }).0, 3200.0);
+        assert!((1.60..1.64).contains(&(of(RadioLoad { loss: 0.2, ..load }).0 / 1600.0)));
+        let bounded = |rate: f64| of(RadioLoad { bandwidth_bytes_per_s: Some(rate), ..load });
+        assert_eq!(bounded(1000.0), (300.0, [-3200.0, 300.0]));
+        // The report alone exceeds the bandwidth.
+        assert_eq!(bounded(100.0), (-150.0, [-3200.0, 0.0]));
+        assert_eq!(bounded(1e6), of(load));
     }
 }

@@ -94,6 +94,8 @@ fn the_teammates_of_every_agent_read_back() {
                 let agent = frame.agents.all.iter().find(|agent| agent.agent == uav.uav);
                 let got = |column| overview.find("agents", column, uav.uav, step);
                 assert_eq!(got("link_degraded"), agent.map(|agent| f64::from(agent.link_degraded)));
+                let limited = agent.and_then(|agent| agent.retransmission_limited);
+                assert_eq!(got("limited"), limited.map(f64::from));
                 let lag_us =
                     agent.and_then(|agent| agent.committed_us).map(|committed_us| frame.time_us - committed_us);
                 assert!(near(got("lag_s"), lag_us.map(|lag_us| lag_us as f64 / 1e6)));

@@ -1,6 +1,6 @@
 use super::*;
 use crate::message::{CommitDigest, TargetLabel};
-use crate::message_log::retransmission::Retransmission;
+use crate::message_log::retransmission::{RadioLoad, Retransmission};
 use crate::message_log::teammates::TeammateStatus;
 use crate::{Angle, Position, UavState, Velocity};
 
@@ -383,7 +383,10 @@ fn the_number_of_retransmissions_examined_per_period_is_limited() {
         }
         (1..uavs).for_each(|uav| log.receive_report(&listing_ranges(uav, 51, Vec::new()), 50, -1));
         let (mut retransmission, mut sent) = (Retransmission::default(), 0);
-        retransmission.add_budget(1e9, 0.5);
+        let (mean_report_bytes, bandwidth_bytes_per_s) = (1e9, None);
+        let (period_s, own_report_bytes, teammates, loss) = (0.5, 0, 1, 0.0);
+        let load = RadioLoad { period_s, own_report_bytes, mean_report_bytes, teammates, loss, bandwidth_bytes_per_s };
+        retransmission.add_budget(&load);
         retransmission.next_messages(&log, 52, |_| sent += 1);
         assert_eq!(sent, expected, "{uavs}");
     }
