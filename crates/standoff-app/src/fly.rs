@@ -88,9 +88,9 @@ fn ended_early(error: impl Display, kept: Option<PartialRecord>) -> Failure {
     let saved = kept.map_or_else(
         || "nothing of the run was saved".to_owned(),
         |PartialRecord { dir, until_s }| {
-            let dir = display_text::path(&dir);
+            let (shown, dir) = (display_text::path(&dir), display_text::shell_path(&dir));
             format!(
-                "the run up to {until_s} s is saved in {dir}, unfinished: to print its results, run standoff report {dir}"
+                "the run up to {until_s} s is saved in {shown}, unfinished: to print its results, run standoff report {dir}"
             )
         },
     );

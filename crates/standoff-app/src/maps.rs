@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use standoff_io::bounded_input::advice;
 use standoff_io::{atomic_file, display_text};
 use standoff_map::{Bounds, MapError, Packed, Place, pack};
 use standoff_record::{MAP_FILE, Record};
@@ -54,7 +55,8 @@ impl Maps {
         let Some(map) = self.of_record(&record, on_warning)? else { return Ok(()) };
         let path = dir.join(MAP_FILE);
         atomic_file::save_quickly(&path, &map).map_err(|reason| {
-            Failure::running(format!("cannot write {}: {reason}; check the disk", display_text::path(&path)))
+            let advice = advice(&reason, "check the disk");
+            Failure::running(format!("cannot write {}: {reason}; {advice}", display_text::path(&path)))
         })
     }
 

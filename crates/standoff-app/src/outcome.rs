@@ -6,7 +6,7 @@ mod targets_and_limits;
 use std::path::Path;
 
 use serde::Serialize;
-use standoff_io::display_text::{self, count, wrapped};
+use standoff_io::display_text::{self, count, shell_path, wrapped};
 use standoff_score::{MetricInfo, MetricSelection, Metrics, SelectedMetrics, TargetScore};
 use standoff_sim::baseline::{CoverageBaseline, SPEED_M_S};
 use standoff_sim::scenario::Settings;
@@ -175,9 +175,9 @@ impl Outcome {
         }
         let ends_s = self.per_target.iter().map(|one| (one.target.as_str(), one.score.until_s)).collect();
         text += &self.events.text(unfinished_after_s.unwrap_or(*duration_s), &ends_s, options.width);
-        let dir = display_text::path(out);
+        let (dir, page) = (shell_path(out), shell_path(&out.join("report.html")));
         text + &format!(
-            "\nresults in {dir}\nnext:\n  open {dir}/report.html  (replays the run in a browser)\n  \
+            "\nresults in {dir}\nnext:\n  open {page}  (replays the run in a browser)\n  \
              standoff view {dir}  (serves the replay with every time step)\n"
         )
     }

@@ -1,9 +1,11 @@
 //! Reports a recorded run: computes scores, events and figures from the files of its record.
 
+use std::cell::Cell;
+use std::io::ErrorKind;
 use std::path::Path;
 
 use standoff_io::atomic_file;
-use standoff_io::display_text;
+use standoff_io::display_text::{self, shell_path};
 use standoff_record::Record;
 use standoff_score::{MetricSelection, ScoreConfig, Scorer, SelectedMetrics};
 use standoff_sim::scenario::{Scenario, Settings};
@@ -32,7 +34,7 @@ pub struct Report {
 }
 
 /// Computes the results of the record in `dir`, and writes its summary, figures and page there. Messages name `place`,
-/// the final location of the folder.
+/// the final location of the folder. If that is `dir` and is read-only, a note takes the place of an error.
 pub fn report_run(dir: &Path, place: &Path, choice: MetricSelection, warn: Warnings) -> Result<Report, Failure> {
     let record = Record::open(dir).map_err(of_record)?;
     report_end(&record, warn);
@@ -97,12 +99,17 @@ pub fn report_run(dir: &Path, place: &Path, choice: MetricSelection, warn: Warni
     (head.stride, head.outcome) = (stride, lines(&outcome.metrics, &outcome.settings));
     head.events_left_out = encoder.events_left_out();
     head.other_events_left_out = encoder.other_events_left_out();
+    let unwritable = Cell::new(None);
     let save = |name: &str, text: &str| {
-        atomic_file::save_quickly(&dir.join(name), text).map_err(|reason| {
-            let (path, place) = (display_text::path(&place.join(name)), display_text::path(place));
-            let advice = format!("the record is complete: standoff report {place} creates the missing files");
-            Failure::running(format!("cannot write {path}: {reason}; {advice}"))
-        })
+        let Err(reason) = atomic_file::save_quickly(&dir.join(name), text) else { return Ok(()) };
+        // A record that is reported again may be an archive.
+        if dir == place && matches!(reason.kind(), ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem) {
+            unwritable.set(Some(reason.to_string()));
+            return Ok(());
+        }
+        let path = display_text::path(&place.join(name));
+        let advice = format!("the record is complete: standoff report {} creates the missing files", shell_path(place));
+        Err(Failure::running(format!("cannot write {path}: {reason}; {advice}")))
     };
     let write = || {
         figures.iter().try_for_each(|figure| save(&format!("{}.svg", figure.name), &figure.svg))?;
@@ -110,6 +117,10 @@ pub fn report_run(dir: &Path, place: &Path, choice: MetricSelection, warn: Warni
         save("report.html", &page::report(&head, &parts).map_err(Failure::running)?)
     };
     let written = write();
+    if let Some(reason) = unwritable.take() {
+        let place = display_text::path(place);
+        warn(&format!("note: the summary, the figures and the page in {place} are not written again: {reason}"));
+    }
     Ok(Report { outcome, written })
 }
 

@@ -191,8 +191,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         other => Failure::running(other),
     });
     if let (Ok(Some(length)), Some(out)) = (&recorded, &args.out) {
-        let (out, length_s) = (display_text::path(out), length.s());
-        note(&format!("the record of {length_s} s is in {out}: to print its results, run standoff report {out}"));
+        let (shown, out, length_s) = (display_text::path(out), display_text::shell_path(out), length.s());
+        note(&format!("the record of {length_s} s is in {shown}: to print its results, run standoff report {out}"));
     }
     flown.and(recorded.map(|_| ()))
 }

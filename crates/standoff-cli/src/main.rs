@@ -186,7 +186,7 @@ fn run_command() -> Result<(), Failure> {
             let message = message.trim_start_matches("error: ").trim_end().to_owned();
             return Err(Failure::Input(without_value().or_else(|| usage::advice(&misused)).unwrap_or(message)));
         }
-        Err(help) => help.exit(),
+        Err(help) => return terminal::written(help.print()),
     };
     match cli.command {
         None => run::run(&run::Args::default()),

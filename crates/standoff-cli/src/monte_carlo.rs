@@ -215,7 +215,7 @@ fn table(summary: &Summary, results: &Results) -> String {
         }
         text += "\n";
     }
-    text + &format!("\nresults in {}\n", display_text::path(results.dir()))
+    text + &format!("\nresults in {}\n", display_text::shell_path(results.dir()))
 }
 
 /// Formats a number of runs: `200 runs`.

@@ -131,9 +131,9 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     });
     closed.publish().map_err(Failure::running)?;
     let (Report { mut outcome, written }, baseline) = report.ok_or_else(|| {
-        let out = display_text::path(&out);
+        let (shown, out) = (display_text::path(&out), display_text::shell_path(&out));
         Failure::running(format!(
-            "interrupted; the run is complete in {out}: to print its results, run standoff report {out}"
+            "interrupted; the run is complete in {shown}: to print its results, run standoff report {out}"
         ))
     })??;
     outcome.baseline = baseline;

@@ -20,8 +20,12 @@ pub(crate) fn no_thread(reason: io::Error) -> Failure {
 
 /// Prints to standard output.
 pub(crate) fn print(text: &str) -> Result<(), Failure> {
-    let mut out = io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+    written(io::stdout().lock().write_all(text.as_bytes()))
+}
+
+/// Completes output to which all text was `printed`, and returns its failure.
+pub(crate) fn written(printed: io::Result<()>) -> Result<(), Failure> {
+    match printed.and_then(|()| io::stdout().lock().flush()) {
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Err(Failure::OutputClosed),
         Err(error) => Err(Failure::running(format!("standard output: {error}"))),
         Ok(()) => Ok(()),

@@ -104,6 +104,36 @@ pub fn path(path: &Path) -> String {
     escaped(&path.to_string_lossy())
 }
 
+/// Formats a path as an argument of a command that users paste into a shell: quoted if the shell would change it. Text that
+/// cannot be printed has the escapes of `$'...'`, which bash, zsh and ksh read.
+#[must_use]
+pub fn shell_path(path: &Path) -> String {
+    let name = path.to_string_lossy();
+    let is_plain = |c: char| c.is_alphanumeric() || "_@%+=:,./-".contains(c);
+    // A command takes a leading hyphen for an option.
+    let name = if name.starts_with('-') { format!("./{name}") } else { name.into_owned() };
+    if !name.is_empty() && name.chars().all(is_plain) && !name.starts_with('=') {
+        return name;
+    }
+    let is_printable = |c: char| "\"'\\".contains(c) || c.escape_debug().len() == 1;
+    if path.to_str().is_some() && name.chars().all(is_printable) {
+        return format!("'{}'", name.replace('\'', r"'\''"));
+    }
+    let mut quoted = if name.starts_with("./-") { "$'./" } else { "$'" }.to_owned();
+    for part in path.as_os_str().as_encoded_bytes().utf8_chunks() {
+        for c in part.valid().chars() {
+            match c {
+                '\'' | '\\' => quoted.extend(['\\', c]),
+                c if is_printable(c) => quoted.push(c),
+                '\n' | '\r' | '\t' => quoted.extend(c.escape_debug()),
+                c => quoted += &format!("\\U{:08x}", u32::from(c)),
+            }
+        }
+        part.invalid().iter().for_each(|byte| quoted += &format!("\\x{byte:02x}"));
+    }
+    quoted + "'"
+}
+
 /// Returns the first `most` characters of a text, and `...` if characters were left out.
 fn cut(text: &str, most: usize) -> (&str, &'static str) {
     match text.char_indices().nth(most) {
@@ -155,6 +185,31 @@ mod tests {
         assert_eq!(lines(&format!("a{}z", "é".repeat(9000))), format!("a{0} ... {0}z", "é".repeat(749)));
         assert_eq!(as_typed("\ta = \"\u{9b}2J\u{2028}\"\r\n\\b\u{feff}\r\u{7f}"), "\ta = \"�2J�\"\n\\b�␍�");
         assert_eq!(path(Path::new("o\u{1b}]0;title\u{7}/it's")), "o\\u{1b}]0;title\\u{7}/it's");
+    }
+
+    #[test]
+    fn paths_of_commands_are_quoted_if_a_shell_would_change_them() {
+        for (name, expected) in [
+            ("standoff-out/a-1+uavs=5", "standoff-out/a-1+uavs=5"),
+            ("Zürich/01.csv", "Zürich/01.csv"),
+            ("night shift", "'night shift'"),
+            ("~/runs/a", "'~/runs/a'"),
+            ("it's $HOME", r"'it'\''s $HOME'"),
+            ("a\\b\"c", "'a\\b\"c'"),
+            ("*;&", "'*;&'"),
+            ("", "''"),
+            ("-rf", "./-rf"),
+            ("- f", "'./- f'"),
+            ("-a\n'b\u{1b}", r"$'./-a\n\'b\U0000001b'"),
+        ] {
+            assert_eq!(shell_path(Path::new(name)), expected);
+        }
+        #[cfg(unix)]
+        {
+            use std::os::unix::ffi::OsStrExt;
+            let latin_1 = std::ffi::OsStr::from_bytes(b"Caf\xe9");
+            assert_eq!(shell_path(Path::new(latin_1)), r"$'Caf\xe9'");
+        }
     }
 
     #[test]

@@ -35,7 +35,7 @@ use parquet::file::metadata::{ParquetMetaData, ParquetMetaDataReader, RowGroupMe
 use parquet::schema::types::SchemaDescriptor;
 use positional::Positional;
 
-pub use error::{Error, guarded, panic_is_expected};
+pub use error::{COMPRESSION, Error, guarded, panic_is_expected};
 pub use row_batches::RowBatches;
 
 /// A Parquet file and its metadata. It is opened once and can be read repeatedly, also by several threads at a time.

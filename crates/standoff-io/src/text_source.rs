@@ -3,6 +3,7 @@
 
 mod expectation;
 mod file_kind;
+mod gunzip;
 pub mod limits;
 mod line_endings;
 mod lines;
@@ -11,11 +12,10 @@ pub mod xml;
 use std::io::{self, Cursor, Read};
 use std::path::Path;
 
-use flate2::read::MultiGzDecoder;
-
 use crate::bounded_input::{self, size};
 pub use expectation::Expectation;
-use file_kind::{GZIP, HEAD, check_encoding, check_packing};
+use file_kind::{GZIP, HEAD, check_encoding, check_kind};
+use gunzip::Gunzip;
 use limits::MAX_TEXT;
 use line_endings::LineEnds;
 pub use lines::{Fault, Lines, Position, input_fault};
@@ -29,7 +29,27 @@ pub fn open(path: &Path, expected: &'static Expectation) -> Result<Text<'static>
     text(file, expected)
 }
 
+/// Message for text in another encoding, such as Latin-1.
+pub const NOT_UTF_8: &str = "not text; must be UTF-8; save the file as UTF-8, or convert it, for example with \
+                             iconv -f ISO-8859-1 -t UTF-8";
+
+/// Begin of the message of `serde_json` for such text.
+pub const NOT_UNICODE: &str = "invalid unicode code point";
+
 const UTF_8_MARK: &[u8] = b"\xEF\xBB\xBF";
+
+/// Rejects the bytes of a file that is not plain text in UTF-8, with the way to such text.
+pub fn check_is_text(bytes: &[u8], expected: &Expectation) -> Result<(), Fault> {
+    check_kind(bytes, expected)?;
+    check_encoding(bytes)?;
+    if bytes.starts_with(GZIP) {
+        return Err(Fault::whole("is compressed with gzip; decompress it first, with gunzip".to_owned()));
+    }
+    match std::str::from_utf8(bytes) {
+        Ok(_) => Ok(()),
+        Err(error) => Err(Fault::at(Position::START.after(&bytes[..error.valid_up_to()]), NOT_UTF_8.to_owned())),
+    }
+}
 
 /// Returns the text of a file from its bytes. Fails if it is empty or has an unsupported compression or encoding;
 /// reading fails where the text exceeds the size limit or contains a NUL.
@@ -38,10 +58,14 @@ pub fn text<'a>(reader: impl Read + 'a, expected: &'static Expectation) -> Resul
     if head.is_empty() {
         return Err(Fault::whole(format!("is empty; must be {}", expected.formats)));
     }
-    check_packing(&head)?;
+    check_kind(&head, expected)?;
     let unpacked: Box<dyn Read + 'a> =
-        if head.starts_with(GZIP) { Box::new(MultiGzDecoder::new(bytes)) } else { Box::new(bytes) };
+        if head.starts_with(GZIP) { Box::new(Gunzip::new(bytes)) } else { Box::new(bytes) };
+    let is_packed = head.starts_with(GZIP);
     let (head, mut text) = peek(unpacked, HEAD)?;
+    if is_packed && head.starts_with(GZIP) {
+        return Err(Fault::whole("is compressed with gzip twice; decompress it once, with gunzip".to_owned()));
+    }
     check_encoding(&head)?;
     if head.starts_with(UTF_8_MARK) {
         text.get_mut().0.set_position(UTF_8_MARK.len() as u64);
@@ -96,7 +120,8 @@ impl<R: Read> Read for Checked<R> {
 mod tests {
     use super::*;
 
-    pub(super) static TRAFFIC: Expectation = Expectation { description: "traffic", formats: "FCD XML or CSV" };
+    pub(super) static TRAFFIC: Expectation =
+        Expectation { description: "traffic", formats: "FCD XML or CSV", is_map: false };
 
     /// Reads the text of a file to its end.
     pub(super) fn read(bytes: &[u8]) -> Result<String, Fault> {

@@ -7,7 +7,7 @@ use serde::Deserializer;
 use serde::de::{DeserializeSeed, Error as _, IgnoredAny, MapAccess, SeqAccess, Unexpected, Visitor};
 use standoff_io::display_text::{printable, quoted};
 use standoff_io::net_projection::FURTHEST_M;
-use standoff_io::text_source::{Fault, Position, Text, input_fault};
+use standoff_io::text_source::{Fault, NOT_UNICODE, NOT_UTF_8, Position, Text, input_fault};
 
 use crate::feature_class::{TAGS, of_tags};
 use crate::geometry::{Bounds, Count, Form, Point, Shape, Shapes};
@@ -76,6 +76,9 @@ fn fault(error: serde_json::Error, begin: Position) -> Fault {
     let message = found_text.rsplit_once(" at line ").map_or(found_text.as_str(), |(message, _)| message);
     if error.is_data() {
         return Fault::at(at, printable(message));
+    }
+    if message.starts_with(NOT_UNICODE) {
+        return Fault::at(at, NOT_UTF_8.to_owned());
     }
     let cut = if error.is_eof() { "; it is truncated: copy or create it again" } else { "; must be GeoJSON" };
     Fault::at(at, format!("not JSON: {}{cut}", printable(message)))

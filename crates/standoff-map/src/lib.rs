@@ -39,7 +39,7 @@ use projection::Read;
 
 /// Accepted input.
 static MAP: Expectation =
-    Expectation { description: "map", formats: "a SUMO net (.net.xml), SUMO polygons or GeoJSON" };
+    Expectation { description: "map", formats: "a SUMO net (.net.xml), SUMO polygons or GeoJSON", is_map: true };
 
 /// Reads, transforms, simplifies and packs maps. Fails at the first invalid one.
 pub fn pack(files: &[MapFile], place: &Place) -> Result<Packed, MapError> {

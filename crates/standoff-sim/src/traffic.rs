@@ -12,7 +12,8 @@
 //! `vehicle_angle`). If the first row is a person or a container, SUMO names the columns of all rows after it.
 //!
 //! **CSV tracks**: a header names the columns (upper or lower case, any order; other columns are ignored), followed by
-//! one row per vehicle and time. Rows need not be sorted, but the times of each vehicle must increase. Lines that begin
+//! one row per vehicle and time. Rows need not be sorted, but the times of each vehicle must increase; of samples at one
+//! time, the first counts. Lines that begin
 //! with `#` are skipped. Quotes enclose whole fields. Commas, semicolons, tabs or vertical bars separate the fields,
 //! whichever the header has most of; without commas, numbers may have decimal commas, all of them or none. Times are numbers, or dates and times in ISO
 //! 8601: all with an offset from UTC (or Z), or all without.
@@ -29,8 +30,8 @@
 //!
 //! Columns of highD, of inD, rounD, exiD and uniD, and of NGSIM are recognised. Samples without a position are skipped.
 //!
-//! **GPX**: each `trk` is a vehicle, with its `name` or a number; a `trkpt` needs `lat`, `lon` and `time`. Between segments
-//! (`trkseg`), a vehicle is absent.
+//! **GPX**: each `trk` is a vehicle, with its `name` or a number, but those of one name are one vehicle unless they overlap
+//! in time; a `trkpt` needs `lat`, `lon` and `time`. Between segments (`trkseg`), a vehicle is absent.
 //!
 //! Degrees (WGS84) are converted to metres east and north in the plane that touches the ellipsoid at the file's first
 //! sample. A vehicle without samples for longer than the gap limit is absent during the gap, unless it is parked. The reader rejects a
@@ -47,6 +48,7 @@ mod model;
 mod names;
 mod notes;
 mod parquet;
+mod times;
 mod unit_detection;
 mod validate;
 mod vehicle;
@@ -61,6 +63,7 @@ pub(crate) use limits::MAX_AT_ONCE;
 pub use limits::{MAX_SAMPLES, MAX_VEHICLES};
 use model::TRAFFIC;
 pub use model::{Coordinates, Options, Persons, Traffic};
+pub(crate) use times::{DAY_US, is_rollover};
 pub use vehicle::{Vehicle, VehicleState};
 
 use standoff_io::display_text;

@@ -214,8 +214,8 @@ impl SweepResults {
                 count(left_out, "metric")
             );
         }
-        let dir = display_text::path(dir);
-        text + &format!("\nresults in {dir}\nnext:\n  open {dir}/{REPORT}\n")
+        let (dir, page) = (display_text::shell_path(dir), display_text::shell_path(&dir.join(REPORT)));
+        text + &format!("\nresults in {dir}\nnext:\n  open {page}\n")
     }
 }
 

@@ -244,7 +244,8 @@ fn invalid_traffic_is_refused() {
             b"\x28\xb5\x2f\xfd\x24\x12\x91\0\0".to_vec(),
             "f: is compressed with zstd; must be plain text or gzip; decompress it",
         ),
-        (packed(&packed(CSV.as_bytes())), "f:1:3: a NUL byte"),
+        (packed(&packed(CSV.as_bytes())), "f: is compressed with gzip twice; decompress it once"),
+        ([packed(CSV.as_bytes()), b"end".to_vec()].concat(), "other bytes follow the gzip data; remove them"),
         (
             b"t,id,x,y\n0,\"v,0,0\n1,\"v\",1,0\n".to_vec(),
             "f:2:3: a quote opens here and is closed at 3:3, in the middle of a field",
@@ -316,7 +317,10 @@ fn oversized_traffic_is_refused() {
 #[test]
 fn traffic_of_years_is_flown_only_with_an_explicit_duration() {
     let years = "t,id,x,y\n0,v,0,0\n1e9,v,1,0\n";
-    check_traffic(years.as_bytes(), "f: spans 1000000000 s; its times are 0 to 1000000000 s; at most 86400 s (a day)");
+    check_traffic(
+        years.as_bytes(),
+        "f: spans 1000000000 s; its times are 0 s to 1000000000 s, with 11574 days between vehicle \"v\" at 0 s",
+    );
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("f"), years).unwrap();
     let output = standoff(folder.path(), &["run", "improved/figure-9", "--traffic", "f", "--out", "o"]);

@@ -311,6 +311,17 @@ fn a_disk_that_fills_up_during_the_flight_leaves_the_part_saved_before() {
 }
 
 #[test]
+fn help_that_cannot_be_printed_is_an_error() {
+    for (args, out, status) in
+        [("--help", "/dev/full", 1), ("--version", "/dev/full", 1), ("run --help", "/dev/null", 0)]
+    {
+        let script = format!("\"$0\" {args} > {out}");
+        let output = Command::new("sh").args(["-c", &script, env!("CARGO_BIN_EXE_standoff")]).output().unwrap();
+        assert_eq!(output.status.code(), Some(status), "{args}: {}", text(&output.stderr));
+    }
+}
+
+#[test]
 fn a_closed_or_full_output_loses_no_results() {
     let folder = tempfile::tempdir().unwrap();
     for (ending, status) in [("| true", "0"), (">&-", "0"), ("2>&-", "0"), ("> /dev/full", "1")] {

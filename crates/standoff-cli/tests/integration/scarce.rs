@@ -108,6 +108,43 @@ fn an_older_run_that_cannot_be_removed_is_reported_before_the_flight() {
     fs::set_permissions(folder.path().join("o"), Permissions::from_mode(0o755)).unwrap();
 }
 
+/// Records are archived read-only.
+#[test]
+fn a_read_only_record_is_reported() {
+    let folder = TempDir::new().unwrap();
+    run_in(folder.path(), "o");
+    let page = fs::read(folder.path().join("o/report.html")).unwrap();
+    // If the test runs as root, the record belongs to root.
+    fs::set_permissions(folder.path().join("o"), Permissions::from_mode(0o555)).unwrap();
+    for args in [&["report", "o"][..], &["report", "o", "--json"]] {
+        let reported = limited(folder.path(), ":", args);
+        check(
+            &reported,
+            0,
+            &["note: the summary, the figures and the page in o are not written again: Permission denied"],
+        );
+        assert!(!reported.stdout.is_empty());
+    }
+    fs::set_permissions(folder.path().join("o"), Permissions::from_mode(0o755)).unwrap();
+    assert_eq!(fs::read(folder.path().join("o/report.html")).unwrap(), page);
+}
+
+/// A shell reads the printed commands with the name that the folder has.
+#[test]
+fn printed_commands_can_be_pasted_into_a_shell() {
+    let folder = TempDir::new().unwrap();
+    for out in ["night shift", "~/runs/a", "it's $HOME", "a;b&c\nd"] {
+        let flown = standoff(folder.path(), &[&RUN[..], &[out]].concat());
+        check(&flown, 0, &[]);
+        let printed = String::from_utf8(flown.stdout).unwrap();
+        let command = printed.lines().find_map(|line| line.strip_prefix("  open ")).unwrap();
+        let page = command.rsplit_once("  (").unwrap().0.trim_end();
+        let shell =
+            Command::new("bash").current_dir(folder.path()).args(["-c", &format!("cat {page}")]).output().unwrap();
+        assert_eq!(shell.stdout, fs::read(folder.path().join(out).join("report.html")).unwrap(), "{page}");
+    }
+}
+
 #[test]
 fn names_with_special_bytes_are_printed_on_one_line() {
     let folder = TempDir::new().unwrap();
@@ -122,7 +159,7 @@ fn names_with_special_bytes_are_printed_on_one_line() {
     let batch = ["monte-carlo", "tour/01-one-uav", "--set", "duration_s=5", "--runs", "2", "--out", "c\nd"];
     let flown = standoff(folder.path(), &batch);
     check(&flown, 0, &[]);
-    assert!(String::from_utf8(flown.stdout).unwrap().contains("\nresults in c\\nd\n"));
+    assert!(String::from_utf8(flown.stdout).unwrap().contains("\nresults in $'c\\nd'\n"));
 
     let bytes = OsStr::from_bytes(b"bad\xff");
     let refused = command(folder.path(), &["view"]).arg(bytes).output().unwrap();

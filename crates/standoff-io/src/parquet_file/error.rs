@@ -6,6 +6,9 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use parquet::errors::{ParquetError, Result as ParquetResult};
 
+/// Begin of the message for a compression that is not supported.
+pub const COMPRESSION: &str = "its compression needs ";
+
 /// Error while reading a file.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
@@ -39,7 +42,7 @@ impl From<ParquetError> for Error {
             },
             ParquetError::NYI(what) => Self::Foreign(what),
             ParquetError::General(what) => match what.strip_prefix("Disabled feature at compile time: ") {
-                Some(codec) => Self::Foreign(format!("its compression needs {codec}")),
+                Some(codec) => Self::Foreign(format!("{COMPRESSION}{codec}")),
                 None => Self::Damaged(what),
             },
             ParquetError::EOF(what) => Self::Damaged(what),

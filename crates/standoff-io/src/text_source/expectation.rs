@@ -7,4 +7,6 @@ pub struct Expectation {
     pub description: &'static str,
     /// Accepted formats.
     pub formats: &'static str,
+    /// True for maps, zones and buildings, false for tracks.
+    pub is_map: bool,
 }

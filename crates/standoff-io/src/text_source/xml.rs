@@ -8,7 +8,7 @@ use quick_xml::events::{BytesStart, Event};
 use quick_xml::{Error, Reader, XmlVersion};
 
 use super::limits::MAX_DEPTH;
-use super::{Fault, Lines, Position, input_fault};
+use super::{Fault, Lines, NOT_UTF_8, Position, input_fault};
 use crate::display_text::{self, quoted};
 
 /// Receiver of the elements of a file.
@@ -126,6 +126,9 @@ fn unknown(start: Position, entity: &str) -> Fault {
 
 /// Creates the error of text that is not XML.
 fn not_xml(start: Position, error: &Error) -> Fault {
+    if matches!(error, Error::Encoding(_)) {
+        return Fault::at(start, NOT_UTF_8.to_owned());
+    }
     Fault::at(
         start,
         format!(

@@ -23,8 +23,11 @@ use super::traffic::NAME_MAX;
 const OUTLINES: &str = "world.building_outlines_cm";
 
 /// Expected contents of a file, for messages.
-static BUILDINGS: Expectation =
-    Expectation { description: "buildings", formats: "GeoJSON or SUMO polygons (.poly.xml), plain or gzip" };
+static BUILDINGS: Expectation = Expectation {
+    description: "buildings",
+    formats: "GeoJSON or SUMO polygons (.poly.xml), plain or gzip",
+    is_map: true,
+};
 
 /// Replaces the name of the file by its buildings. The scenario, and so its record, then contains the buildings.
 pub(super) fn spell_out(typed: &mut Typed, origin: Option<Origin>) -> Result<(), ScenarioError> {

@@ -16,7 +16,8 @@ use super::schema_types::PLACE_MAX_M;
 use crate::traffic::Traffic;
 
 /// Expected contents of a basemap, for messages.
-static NET: Expectation = Expectation { description: "a map", formats: "SUMO net or GeoJSON, plain or gzip" };
+static NET: Expectation =
+    Expectation { description: "a map", formats: "SUMO net or GeoJSON, plain or gzip", is_map: true };
 
 /// Converts degrees to the plane of the scenario.
 #[derive(Debug)]

@@ -23,11 +23,14 @@ use super::polygons::{Rings, check_metres};
 use super::resolved::Settings;
 use super::schema_types::{self, ZONE_ALTITUDE_M, ZoneKind, resolved};
 use super::traffic::NAME_MAX;
-use crate::traffic::Traffic;
+use crate::traffic::{Coordinates, Traffic};
 use crate::wind::height_m;
 
 /// Maximum size of a file of zones, bytes: the maximum number of vertices takes a hundredth of it.
 const LENGTH_MAX: u64 = 4 << 20;
+
+/// Advice for a zone smaller than 1 m.
+const TRULY_SMALL: &str = "if it is that small, set its `coordinates`";
 
 /// Maximum length of the name of a zone, characters.
 const CALLED_MAX: usize = 100;
@@ -73,8 +76,11 @@ pub(super) fn spell_out(typed: &mut Typed, traffic: Option<&Traffic>) -> Result<
             let is_io_error = !bounded_input::is_input_error(&reason);
             ScenarioError { is_io_error, ..problem(bounded_input::cannot_be_read(&reason)) }
         })?;
-        let contents = file::read(&bytes, is_metric, &earth).map_err(problem)?;
+        let contents = file::read(&bytes, zone.coordinates, is_metric, &earth).map_err(problem)?;
         let mut zones = zones(zone, contents.zones).map_err(problem)?;
+        if zone.coordinates != Coordinates::Auto {
+            zones.iter_mut().for_each(|of_file| of_file.coordinates = Coordinates::Metres);
+        }
         typed.notes.extend(contents.notes.iter().map(|note| format!("{key} = {}: {note}", quoted(&zone.file))));
         // Parts count from the first zone of the file.
         let index = |of_file: f64| {
@@ -161,8 +167,16 @@ pub(super) fn geofence(zones: &[resolved::Zone], problems: &mut Problems) -> Geo
             problems.add(format!("geofence.{place}.altitude_max_m"), what, Some(ceiling_m.into()));
             continue;
         }
-        if let Err(message) = check_metres(&vec![outline.iter().map(|at| [at.x_m(), at.y_m()]).collect()]) {
-            problems.add(format!("geofence.{place}.vertices"), message, None);
+        let rings_m = vec![outline.iter().map(|at| [at.x_m(), at.y_m()]).collect()];
+        if zone.coordinates == Coordinates::Auto
+            && let Err(message) = check_metres(&rings_m)
+        {
+            problems.add(format!("geofence.{place}.vertices"), format!("{message}; {TRULY_SMALL}"), None);
+            continue;
+        }
+        if zone.coordinates == Coordinates::Degrees {
+            let what = "`vertices`, `x_m` and `y_m` are metres; for degrees, use a `file`, or a circle with lat_deg and lon_deg";
+            problems.add(format!("geofence.{place}.coordinates"), what, None);
             continue;
         }
         let (kind, part_of) = (zone.kind.into(), zone.part_of.map(|part_of| part_of as usize));
@@ -284,6 +298,9 @@ fn circle_in_metres(typed: &mut Typed, index: usize, earth: &Result<Earth, Strin
     let zone = &mut typed.file.geofence[index];
     (zone.lat_deg, zone.lon_deg) = (None, None);
     (zone.x_m, zone.y_m) = (Some(Number::Constant(x_m)), Some(Number::Constant(y_m)));
+    if zone.coordinates == Coordinates::Degrees {
+        zone.coordinates = Coordinates::Metres;
+    }
     Ok(())
 }
 
@@ -573,6 +590,67 @@ mod tests {
         }
         fs::remove_file(folder.path().join("z.geojson")).unwrap();
         assert!(of_kind("keep-out").unwrap_err().contains("z.geojson"));
+    }
+
+    #[test]
+    fn the_unit_of_a_zone_can_be_given() {
+        let folder = tempfile::tempdir().unwrap();
+        let file =
+            |coordinates: &str| of_toml(&format!("[[geofence]]\nfile = \"z.geojson\"\n{coordinates}"), folder.path());
+        write_geojson(folder.path(), "Polygon", &format!("[{}]", ring(50.0, 50.0, 50.8, 50.8)));
+        let unknown = file("").unwrap_err();
+        assert!(unknown.contains("if they are metres, set `coordinates` = \"metres\""), "{unknown}");
+        let placed = file("coordinates = \"metres\"").unwrap();
+        assert_eq!(placed.settings.geofence.zones().next().unwrap().vertices[0].x_m(), 50.0);
+        assert!(file("coordinates = \"degrees\"").unwrap_err().contains("the traffic is in metres and the location"));
+        let mast = "[[geofence]]\nvertices = [[500, 0], [500.8, 0], [500, 0.8]]\n";
+        let small = of_toml(mast, folder.path()).unwrap_err();
+        assert!(small.contains("if it is that small, set its `coordinates`"), "{small}");
+        let of_mast = of_toml(&format!("{mast}coordinates = \"metres\""), folder.path()).unwrap();
+        let of_record = super::Settings::of_record("r", &of_mast.resolved().unwrap()).unwrap();
+        assert_eq!(of_record.geofence, of_mast.settings.geofence);
+        let degrees = of_toml(&format!("{mast}coordinates = \"degrees\""), folder.path()).unwrap_err();
+        assert!(degrees.contains("`vertices`, `x_m` and `y_m` are metres"), "{degrees}");
+    }
+
+    #[test]
+    fn files_of_old_ground_stations_are_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let error = |text: &str| {
+            fs::write(folder.path().join("a.plan"), text).unwrap();
+            of_toml("[[geofence]]\nfile = \"a.plan\"\n", folder.path()).unwrap_err()
+        };
+        let old =
+            "{\"fileType\":\"Plan\",\"geoFence\":{\"version\":1,\"polygon\":[[44.5,11.3],[44.6,11.3],[44.6,11.4]]}}";
+        for (text, expected) in [
+            (old, "geoFence has version 1, of old ground stations; must have version 2; open the plan"),
+            (
+                "{\"groundStation\":\"QGroundControl\",\"items\":[],\"version\":\"1.0\"}",
+                "has no geoFence; must be a plan of",
+            ),
+            ("QGC WPL 110\n", "is a list of waypoints; must be GeoJSON, a plan of QGroundControl or KML; open it"),
+        ] {
+            let error = error(text);
+            assert!(error.contains(expected), "{error}");
+        }
+    }
+
+    #[test]
+    fn files_that_are_not_text_are_named() {
+        let folder = tempfile::tempdir().unwrap();
+        for (bytes, expected) in [
+            (&b"{\"name\":\"Caf\xe9\"}"[..], "1:13: not text; must be UTF-8; save the file as UTF-8"),
+            (
+                b"\0\0\x27\x0a\0\0\0\0",
+                "is a Shapefile; must be GeoJSON, a plan of QGroundControl or KML; convert it to GeoJSON, with",
+            ),
+            (b"\x1f\x8b\x08\0\0", "is compressed with gzip; decompress it first"),
+            (b"PK\x03\x04", "is compressed with zip (KMZ); decompress it first, with unzip"),
+        ] {
+            fs::write(folder.path().join("z"), bytes).unwrap();
+            let error = of_toml("[[geofence]]\nfile = \"z\"\n", folder.path()).unwrap_err();
+            assert!(error.contains(expected), "{error}");
+        }
     }
 
     fn write_geojson(folder: &std::path::Path, geometry: &str, coordinates: &str) {

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use serde::Deserialize;
 use standoff_io::bounded_input;
-use standoff_io::display_text::{did_you_mean, escaped, printable, quoted};
+use standoff_io::display_text::{did_you_mean, escaped, printable, quoted, shell_path};
 use standoff_record::SCENARIO_MAX;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 use toml::{Spanned, Table, Value};
@@ -331,7 +331,7 @@ fn on_command_line(message: String, text: &Arc<str>) -> Problem {
 fn read(name: &str) -> Result<String, ScenarioError> {
     let refuse = |message: &str| Err(ScenarioError::one(name, None, message));
     if [".csv", ".xml", ".gz", ".gpx", ".parquet"].iter().any(|ending| name.to_lowercase().ends_with(ending)) {
-        let how = format!("standoff run --traffic {}", printable(name));
+        let how = format!("standoff run --traffic {}", shell_path(Path::new(name)));
         return refuse(&format!("its name is that of a traffic file, not of a scenario; to fly over it, run: {how}"));
     }
     let bytes = match bounded_input::bytes(Path::new(name), LENGTH_MAX) {

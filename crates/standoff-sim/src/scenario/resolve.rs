@@ -23,7 +23,7 @@ use super::resolved::{
 use super::sample::{DerivedDefaults, Draw, Drawing, value};
 use super::schema_types::resolved::{Ring, TargetAt};
 use super::schema_types::{self, AgentSetup, Labels, SpeedCommand, resolved};
-use super::traffic::{check_span, length_warning};
+use super::traffic::{absence_warning, check_span, length_warning};
 use super::validate::{check_objects, check_settings, report};
 use super::warnings::warnings;
 use super::{basemap, buildings, geofence, start};
@@ -54,6 +54,7 @@ pub(super) fn resolve(typed: &Typed, traffic: Option<&Arc<Traffic>>, seed: u64) 
     let mut warnings = warnings(&settings, &targets);
     warnings.extend(geofence::warnings(&settings, &uavs));
     warnings.extend(traffic.and_then(|traffic| length_warning(typed, &settings, traffic)));
+    warnings.extend(traffic.and_then(|traffic| absence_warning(&settings, traffic)));
     warnings.extend(typed.notes.iter().cloned());
     warnings.extend(traffic.iter().flat_map(|traffic| traffic.notes.iter().cloned()));
     let outages = file.uavs.outage.iter().map(|outage| Outage {

@@ -445,6 +445,10 @@ tables! {
     } words {
         /// Kind of the zone: `keep-out` or `keep-in`.
         kind: ZoneKind = KeepOut;
+        /// Unit of the zone's coordinates: `auto`, `metres` or `degrees` (those of a `file` or of `lat_deg`, `lon_deg`).
+        /// With `auto`, a GeoJSON file that can be in degrees is, and a zone smaller than 1 m is rejected.
+        #[serde(skip_serializing_if = "is_auto")]
+        coordinates: Coordinates = Auto;
     } optional {
         /// Centre of a circle, east, m; -1e7 to 1e7; with `radius_m`.
         x_m: PLACE_M;
@@ -793,6 +797,11 @@ pub enum Labels {
     All,
     /// None: the team associates detections with tracks.
     None,
+}
+
+/// Returns whether the unit of coordinates is not given.
+fn is_auto(coordinates: &Coordinates) -> bool {
+    *coordinates == Coordinates::Auto
 }
 
 /// Kind of a zone.

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use standoff_io::display_text::quoted;
+use standoff_io::display_text::{count, quoted};
 
 use super::builtin::BUILT_IN_TRAFFIC;
 use super::error::ScenarioError;
@@ -11,7 +11,7 @@ use super::load::{Typed, related, stem};
 use super::locate::Map;
 use super::number::Number;
 use super::resolved::Settings;
-use crate::traffic::{self, Joined, STANDARD_INPUT, Traffic};
+use crate::traffic::{self, DAY_US, Joined, STANDARD_INPUT, Traffic, is_rollover};
 
 /// Longest traffic that is flown to its end by default, s. Recordings last hours: a file that spans more than a day
 /// contains a wrong time, and with it a file of two rows could fill a disk.
@@ -111,16 +111,51 @@ pub(super) fn check_span(typed: &Typed, period_s: f64, traffic: &Traffic) -> Res
     let wrong = if span_s < period_s {
         format!("a mission needs at least one period_s of {period_s} s")
     } else if span_s > UNASKED_MAX_S {
-        let [begin_s, end_s] = [traffic.begin_us, traffic.end_us].map(|time_us| time_us as f64 / 1e6);
         format!(
-            "its times are {begin_s} to {end_s} s; at most {UNASKED_MAX_S} s (a day) are flown by default; correct a time, cut \
-             the file into parts, or set the length: --set duration_s=..."
+            "{}; at most {UNASKED_MAX_S} s (a day) are flown by default; correct a time, cut the file into parts, or set the \
+             length: --set duration_s=...",
+            described_span(traffic)
         )
     } else {
         return Ok(());
     };
     let paths: Vec<String> = table.file.0.iter().map(|name| path(typed, name).display().to_string()).collect();
     Err(ScenarioError::one(paths.join(", "), None, format!("spans {span_s} s; {wrong}")))
+}
+
+/// Describes when the traffic begins and ends, and the gap if that is most of it, as after a wrong date.
+fn described_span(traffic: &Traffic) -> String {
+    let shown = |time_us| traffic.times.shown(time_us);
+    let (begin, end) = (shown(traffic.begin_us), shown(traffic.end_us));
+    let span = format!("its times are {begin} to {end}");
+    let (gap_us, [before, after]) = traffic.longest_gap();
+    if 2 * gap_us <= traffic.end_us - traffic.begin_us {
+        return span;
+    }
+    let [before, after] =
+        [before, after].map(|(name, time_us)| format!("vehicle {} at {}", quoted(name), shown(time_us)));
+    let weeks = match is_rollover(gap_us) {
+        true => {
+            ": the week number of GPS starts again after 1024 weeks, so that the earlier times are 7168 days too early"
+        }
+        false => "",
+    };
+    let days = gap_us as f64 / DAY_US as f64;
+    format!("{span}, with {days:.0} days between {before} and {after}{weeks}")
+}
+
+/// Returns a warning about vehicles that appear more than a day after the end of the mission, probably at a wrong time.
+pub(super) fn absence_warning(settings: &Settings, traffic: &Traffic) -> Option<String> {
+    let end_us = traffic.begin_us + settings.duration.us();
+    let late: Vec<_> = traffic.vehicles.iter().filter(|vehicle| vehicle.first_us() - end_us > DAY_US).collect();
+    let first = late.first()?;
+    let (all, late) = (count(traffic.vehicles.len(), "vehicle"), late.len());
+    Some(format!(
+        "the mission ends before {late} of {all}: {} begins at {}, the traffic at {}; correct the times of one",
+        quoted(first.name()),
+        traffic.times.shown(first.first_us()),
+        traffic.times.shown(traffic.begin_us)
+    ))
 }
 
 /// Returns a warning if the traffic ends before the mission or continues after it, unless the command line requested
@@ -171,8 +206,8 @@ mod tests {
     #[test]
     fn traffic_longer_than_a_day_is_flown_only_on_request() {
         assert_eq!(load("traffic/convoy", 86_400.0, &[]).unwrap().settings.duration.s(), 86_400.0);
-        let expected = "cars.csv: spans 1000000000 s; its times are 0 to 1000000000 s; at most 86400 s (a day) are flown \
-                        by default; correct a time, cut the file into parts, or set the length: --set duration_s=...";
+        let expected = "cars.csv: spans 1000000000 s; its times are 0 s to 1000000000 s, with 11574 days between vehicle \"a\" \
+                        at 0 s and vehicle \"a\" at 1000000000 s; at most 86400 s (a day) are flown by default; correct a time, cut the file into parts, or set the length: --set duration_s=...";
         assert_eq!(load("traffic/convoy", 1e9, &[]).unwrap_err(), expected);
         assert!(load("traffic/convoy", 86_400.5, &[]).is_err());
         assert_eq!(load("traffic/convoy", 1e9, &["duration_s=100000"]).unwrap().settings.duration.s(), 1e5);
@@ -193,6 +228,26 @@ mod tests {
             short.ends_with("--set duration_s=0.5 ends the mission with it"),
             "no mission is shorter than a period: {short}"
         );
+    }
+
+    /// A receiver whose week number has started again writes dates that are 1024 weeks too early.
+    #[test]
+    fn a_vehicle_at_a_wrong_date_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let rows = |name: &str, day: &str| format!("{day}T09:00:00Z,{name},0,0\n{day}T09:00:09Z,{name},9,0\n");
+        let traffic = folder.path().join("cars.csv");
+        fs::write(&traffic, format!("t,id,x,y\n{}{}", rows("van", "2026-05-04"), rows("truck", "2006-09-18"))).unwrap();
+        let load = |set: &[&str]| {
+            let overrides = Overrides { traffic: vec![traffic.clone()], ..overrides(set) };
+            Scenario::load("traffic/convoy", &overrides, 1)
+        };
+        let error = load(&[]).unwrap_err().to_string();
+        let expected = "its times are 2006-09-18T09:00:00Z to 2026-05-04T09:00:09Z, with 7168 days between vehicle \"truck\" at \
+                        2006-09-18T09:00:09Z and vehicle \"van\" at 2026-05-04T09:00:00Z: the week number of GPS";
+        assert!(error.contains(expected), "{error}");
+        let expected = "the mission ends before 1 of 2 vehicles: \"van\" begins at 2026-05-04T09:00:00Z, the traffic at \
+                        2006-09-18T09:00:00Z; correct the times of one";
+        assert_eq!(load(&["duration_s=5"]).unwrap().warnings, [expected]);
     }
 
     #[test]

@@ -90,7 +90,14 @@ fn turning_circle(team: &TeamParams, targets: &Targets) -> Option<String> {
     let orbit = &team.group.standoff;
     let needs = |target_m_s: f64| {
         let circle_m = team.turn_limit_about_m(target_m_s);
-        let circle = if circle_m.is_finite() { format!("{circle_m:.0} m") } else { "more speed".into() };
+        let (wind_m_s, highest_m_s) = (team.wind.map_or(0.0, |wind| wind.orbit_wind_m_s), team.uav.speed_max_m_s());
+        let circle = match (circle_m.is_finite(), wind_m_s >= highest_m_s) {
+            (true, _) => format!("{circle_m:.0} m"),
+            (false, false) => "more speed".to_owned(),
+            (false, true) => format!(
+                "more speed in a wind of {wind_m_s:.1} m/s, which is not slower than the highest airspeed, {highest_m_s:.1} m/s"
+            ),
+        };
         let about = if target_m_s > 0.05 { format!(" about a target at {target_m_s:.1} m/s") } else { String::new() };
         format!("uavs.speed_m_s = {speed_m_s} at uavs.turn_rate_max_rad_s = {rate_rad_s} needs {circle}{about}")
     };
@@ -269,6 +276,9 @@ mod tests {
             in_wind("21")
         );
         assert_eq!(in_wind("20.8"), "");
-        assert!(in_wind("23").starts_with("no orbit can be flown: "), "{}", in_wind("23"));
+        let too_strong = in_wind("23");
+        assert!(too_strong.starts_with("no orbit can be flown: "), "{too_strong}");
+        let expected = "more speed in a wind of 23.0 m/s, which is not slower than the highest airspeed, 23.0 m/s";
+        assert!(too_strong.contains(expected) && !too_strong.contains("inf"), "{too_strong}");
     }
 }

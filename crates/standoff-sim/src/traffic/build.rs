@@ -2,14 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use standoff_io::display_text::{printable, quoted};
+use standoff_io::display_text::{count, printable, quoted};
 use standoff_io::geodesy::FURTHEST_M;
 use standoff_io::geodesy::{Origin, Unit};
 
 use super::limits::{MAX_AT_ONCE, MAX_SAMPLES, MAX_SPEED_M_S, MAX_VEHICLES};
-use super::model::Epoch;
 use super::names;
-use super::notes::{self, Oddities};
+use super::notes;
+use super::times::TimeForm;
 use super::unit_detection;
 use super::validate::{self, seconds};
 use super::vehicle::{Gaps, Sample, Vehicle};
@@ -37,8 +37,14 @@ pub(super) struct Builder {
     samples: usize,
     /// Samples without a position, by vehicle.
     without_position: BTreeMap<String, usize>,
+    /// Samples that repeat an earlier one or its time, by vehicle.
+    repeated: BTreeMap<String, usize>,
     /// Position that may have a separator of thousands, and whether others are whole numbers.
     pub(super) thousands: Option<(String, bool)>,
+    /// Notes of the reader.
+    notes: Vec<String>,
+    /// How the file writes its times.
+    pub(super) times: TimeForm,
 }
 
 impl Builder {
@@ -77,9 +83,13 @@ impl Builder {
         *self.without_position.entry(name.to_string()).or_default() += 1;
     }
 
-    /// Begins a new segment of the track of a vehicle with its sample at `time_us`.
+    /// Begins a new segment of the track of a vehicle, before its sample at `time_us` is added. A segment that continues
+    /// or repeats the one before it is no new one.
     pub(super) fn begin_segment(&mut self, name: &str, time_us: i64) {
-        self.breaks_us.entry(name.to_owned()).or_default().push(time_us);
+        let last = self.vehicles.get(name).and_then(|samples| samples.last());
+        if last.is_some_and(|last| last.time_us < time_us) {
+            self.breaks_us.entry(name.to_owned()).or_default().push(time_us);
+        }
     }
 
     /// Returns whether each of several vehicles has a single sample: the names are then probably numbers of rows.
@@ -102,7 +112,9 @@ impl Builder {
             return Err(format!("one sample too many; at most {MAX_SAMPLES} in a file; cut the file into parts"));
         }
         self.samples += 1;
-        self.first.get_or_insert(sample);
+        if self.first.is_none_or(|first| validate::is_unknown(Coordinates::Degrees, [first.x, first.y])) {
+            self.first = Some(sample);
+        }
         let Some(samples) = self.vehicles.get_mut(name) else {
             if self.vehicles.len() == MAX_VEHICLES {
                 return Err(format!("one vehicle too many; at most {MAX_VEHICLES} in a file; cut the file into parts"));
@@ -110,30 +122,94 @@ impl Builder {
             self.vehicles.insert(name.to_string(), vec![sample]);
             return Ok(());
         };
-        if let Some(previous) = samples.last().filter(|previous| previous.time_us >= sample.time_us) {
-            let (name, time, last) = (quoted(name), seconds(sample.time_us), seconds(previous.time_us));
-            return Err(if previous.time_us == sample.time_us {
-                format!("vehicle {name}: time = {time} s occurs twice; at most once per vehicle; remove one of the two")
-            } else {
-                format!(
-                    "vehicle {name}: time = {time} s comes after {last} s; the times of a vehicle must increase; sort them"
-                )
-            });
+        if samples.last().is_some_and(|last| last.time_us > sample.time_us) {
+            // Some programs write all earlier samples again into each part of a track.
+            let same_time = samples.partition_point(|earlier| earlier.time_us < sample.time_us);
+            let mut same_time = samples[same_time..].iter().take_while(|earlier| earlier.time_us == sample.time_us);
+            if !same_time.any(|earlier| [earlier.x, earlier.y] == [sample.x, sample.y]) {
+                return Err(self.times.back(name, samples, sample.time_us));
+            }
+            *self.repeated.entry(name.to_string()).or_default() += 1;
+            return Ok(());
         }
         samples.push(sample);
         Ok(())
     }
 
+    /// Joins vehicles that are parts of the first one, unless they overlap in time; returns whether they do not.
+    pub(super) fn join(&mut self, parts: &[String]) -> bool {
+        let Some(first) = parts.first() else { return true };
+        let mut all: Vec<&Vec<Sample>> = parts.iter().filter_map(|name| self.vehicles.get(name)).collect();
+        all.sort_by_key(|samples| samples.first().map(|sample| sample.time_us));
+        let ends = all.windows(2).filter_map(|pair| Some((pair[0].last()?.time_us, pair[1].first()?.time_us)));
+        let mut breaks_us: Vec<i64> = ends.filter(|(last, next)| last < next).map(|(_, next)| next).collect();
+        let joined: Vec<Sample> = all.into_iter().flatten().copied().collect();
+        if joined.windows(2).any(|pair| pair[1].time_us < pair[0].time_us) {
+            return false;
+        }
+        breaks_us.extend(parts.iter().filter_map(|name| self.breaks_us.remove(name)).flatten());
+        breaks_us.sort_unstable();
+        self.breaks_us.insert(first.clone(), breaks_us);
+        for name in parts {
+            self.vehicles.remove(name);
+        }
+        if !joined.is_empty() {
+            self.vehicles.insert(first.clone(), joined);
+        }
+        for counts in [&mut self.without_position, &mut self.repeated] {
+            let all: usize = parts.iter().filter_map(|name| counts.remove(name)).sum();
+            if all > 0 {
+                counts.insert(first.clone(), all);
+            }
+        }
+        true
+    }
+
+    /// Adds a note for the user.
+    pub(super) fn note(&mut self, note: String) {
+        self.notes.push(note);
+    }
+
+    /// Removes the samples, in degrees, of a receiver without a fix, and makes longitudes up to 360 negative.
+    fn tidy_degrees(&mut self) {
+        for (name, samples) in &mut self.vehicles {
+            let before = samples.len();
+            samples.retain(|sample| !validate::is_unknown(Coordinates::Degrees, [sample.x, sample.y]));
+            if samples.len() < before {
+                *self.without_position.entry(name.clone()).or_default() += before - samples.len();
+            }
+        }
+        self.vehicles.retain(|_, samples| !samples.is_empty());
+        for sample in self.vehicles.values_mut().flatten().chain(&mut self.first) {
+            if sample.x > 180.0 {
+                sample.x -= 360.0;
+            }
+        }
+    }
+
     /// Returns the traffic; x and y are metres, or longitude and latitude.
     pub(super) fn finish(mut self, unit: Unit, options: &Options) -> Result<Traffic, String> {
-        let Some(first) = self.first else {
-            return Err("contains no vehicles; must contain at least one; was the right file chosen?".to_string());
+        if unit == Unit::Degrees {
+            self.tidy_degrees();
+        }
+        let Some(first) = self.first.filter(|_| !self.vehicles.is_empty()) else {
+            let without: usize = self.without_position.values().sum();
+            return Err(match without {
+                0 => "contains no vehicles; must contain at least one; was the right file chosen?".to_string(),
+                _ => format!("contains no vehicles with a position: {} without one", count(without, "sample")),
+            });
         };
         let of_first = Origin { latitude_deg: first.y, longitude_deg: first.x };
         let origin = (unit == Unit::Degrees).then_some(options.origin.unwrap_or(of_first));
         if let Some(origin) = origin {
             for (name, samples) in &mut self.vehicles {
-                to_metres(name, samples, origin)?;
+                to_metres(name, samples, origin, self.times)?;
+            }
+        }
+        for (name, samples) in &mut self.vehicles {
+            let removed = self.times.remove_repeats(name, samples)?;
+            if removed > 0 {
+                *self.repeated.entry(name.clone()).or_default() += removed;
             }
         }
         let of_file_us = default_gap_us(self.vehicles.values());
@@ -152,11 +228,13 @@ impl Builder {
             })
             .collect();
         for ((name, samples), gaps) in self.vehicles.iter().zip(&gaps) {
-            check_speed(name, samples, gaps)?;
+            check_speed(name, samples, gaps, self.times)?;
         }
-        let vehicles = self.vehicles.iter().zip(&gaps);
-        let (without_position, alike) = (&self.without_position, self.alike.as_slice());
-        let notes = notes::of(vehicles, &Oddities { without_position, alike, thousands: self.thousands.as_ref() });
+        let mut notes = self.notes;
+        notes.extend(notes::of(self.vehicles.iter().zip(&gaps), self.thousands.as_ref(), self.times));
+        notes.extend(notes::of_alike(&self.alike));
+        notes.extend(notes::of_skipped(&self.without_position, "without a position or time"));
+        notes.extend(notes::of_skipped(&self.repeated, "at the time of an earlier one of the same vehicle"));
         let mut vehicles: Vec<Vehicle> = self
             .vehicles
             .into_iter()
@@ -165,15 +243,14 @@ impl Builder {
             .collect();
         // The map yields the vehicles by name, and the sort is stable.
         vehicles.sort_by_key(Vehicle::first_us);
-        check_crowd(&vehicles)?;
-        let begin_us = vehicles.iter().map(Vehicle::first_us).min().unwrap_or(first.time_us);
+        check_crowd(&vehicles, self.times)?;
         Ok(Traffic {
-            begin_us,
+            begin_us: vehicles.iter().map(Vehicle::first_us).min().unwrap_or(first.time_us),
             end_us: vehicles.iter().map(Vehicle::last_us).max().unwrap_or(first.time_us),
             vehicles,
             origin,
             notes,
-            epoch: Epoch::of_numbers(begin_us),
+            times: self.times,
         })
     }
 }
@@ -194,7 +271,7 @@ fn looks_the_same(key: &str, name: &str, other: &str) -> String {
 }
 
 /// Rejects more vehicles at one time than a mission supports; the vehicles are ordered by their first times.
-pub(super) fn check_crowd(vehicles: &[Vehicle]) -> Result<(), String> {
+pub(super) fn check_crowd(vehicles: &[Vehicle], times: TimeForm) -> Result<(), String> {
     let mut last_us: Vec<i64> = vehicles.iter().map(Vehicle::last_us).collect();
     last_us.sort_unstable();
     let mut gone = 0;
@@ -202,9 +279,9 @@ pub(super) fn check_crowd(vehicles: &[Vehicle]) -> Result<(), String> {
         let now_us = vehicle.first_us();
         gone += last_us[gone..].iter().take_while(|last_us| **last_us < now_us).count();
         if come + 1 - gone > MAX_AT_ONCE {
-            let time_s = seconds(now_us);
+            let time = times.shown(now_us);
             return Err(format!(
-                "more than {MAX_AT_ONCE} vehicles at time = {time_s} s; at most {MAX_AT_ONCE}; select a smaller area"
+                "more than {MAX_AT_ONCE} vehicles at time = {time}; at most {MAX_AT_ONCE}; select a smaller area"
             ));
         }
     }
@@ -226,17 +303,17 @@ fn default_gap_us<'a>(vehicles: impl IntoIterator<Item = &'a Vec<Sample>>) -> i6
 }
 
 /// Rejects positions, in metres, that no vehicle could reach in time; positions on both sides of a gap are not checked.
-fn check_speed(name: &str, samples: &[Sample], gaps: &Gaps) -> Result<(), String> {
+fn check_speed(name: &str, samples: &[Sample], gaps: &Gaps, times: TimeForm) -> Result<(), String> {
     for pair in samples.windows(2) {
         let step_us = pair[1].time_us - pair[0].time_us;
         let distance = pair[0].distance_m(&pair[1]);
         if !gaps.separate(&pair[0], &pair[1]) && distance > MAX_SPEED_M_S * seconds(step_us) {
             return Err(format!(
-                "vehicle {}: from time = {} s to {} s it moves {distance:.3} m; at most {MAX_SPEED_M_S} m/s; is one of the \
+                "vehicle {}: from time = {} to {} it moves {distance:.3} m; at most {MAX_SPEED_M_S} m/s; is one of the \
                  samples wrong, or does the file mix degrees and metres?",
                 quoted(name),
-                seconds(pair[0].time_us),
-                seconds(pair[1].time_us)
+                times.shown(pair[0].time_us),
+                times.shown(pair[1].time_us)
             ));
         }
     }
@@ -244,14 +321,15 @@ fn check_speed(name: &str, samples: &[Sample], gaps: &Gaps) -> Result<(), String
 }
 
 /// Converts longitude and latitude to metres east and north of `origin`, all on the ellipsoid.
-fn to_metres(name: &str, samples: &mut [Sample], origin: Origin) -> Result<(), String> {
+fn to_metres(name: &str, samples: &mut [Sample], origin: Origin, times: TimeForm) -> Result<(), String> {
     let plane = origin.plane().map_err(|error| error.to_string())?;
     for sample in samples {
         let position = plane.position(sample.y, sample.x).map_err(|far| {
             format!(
-                "vehicle {}: at time = {} s it is {:.0} km from the first sample; at most {} km; cut the file into parts",
+                "vehicle {}: at time = {} it is {:.0} km from the first sample; at most {} km; correct or remove a wrong \
+                 position, or cut the file into parts",
                 quoted(name),
-                seconds(sample.time_us),
+                times.shown(sample.time_us),
                 far.value / 1e3,
                 FURTHEST_M / 1e3
             )
@@ -304,7 +382,6 @@ mod tests {
         let mut builder = Builder::default();
         let second = sample(2_000_000, 0.0, 0.0);
         assert_eq!(builder.add("v", second), Ok(()));
-        assert!(builder.add("v", second).unwrap_err().starts_with("vehicle \"v\": time = 2 s occurs twice"));
         let earlier = builder.add("v", sample(1_500_000, 0.0, 0.0)).unwrap_err();
         assert!(earlier.starts_with("vehicle \"v\": time = 1.5 s comes after 2 s"), "{earlier}");
         assert_eq!(builder.add("v", sample(3_000_000, 0.0, 0.0)), Ok(()));
@@ -407,8 +484,8 @@ mod tests {
 
     #[test]
     fn samples_too_far_from_the_first_are_refused() {
-        assert!(degrees(&[(0.0, 0.0), (8.9, 0.0)]).is_ok());
-        assert!(degrees(&[(0.0, 0.0), (180.0, 0.0)]).unwrap_err().contains("12756 km from the first sample"));
+        assert!(degrees(&[(1.0, 0.0), (9.9, 0.0)]).is_ok());
+        assert!(degrees(&[(1.0, 0.0), (-179.0, 0.0)]).unwrap_err().contains("12756 km from the first sample"));
     }
 
     #[test]

@@ -98,27 +98,35 @@ pub(super) fn read(lines: Lines<impl Read>, options: &Options) -> Result<Traffic
             None => clock.time_us(&columns.time.name, time_text, &mut numbers),
         };
         let time_us = time_us.map_err(|message| of_vehicle(&columns.time, message))?;
+        builder.times = clock.form();
         if has_no_position {
             builder.skip(name);
             continue;
         }
-        let mut number = |column: &Column, quantity: &Quantity| {
-            let text = table.text(column.index)?;
-            numbers.parse(&column.name, text, quantity).map_err(|message| of_vehicle(column, message))
+        let mut value = |column: &Column| {
+            let value = numbers.value(&column.name, table.text(column.index)?);
+            value.map_err(|message| of_vehicle(column, message))
         };
-        let [x_kind, y_kind] = validate::axes(columns.coordinates);
-        let (mut x, mut y) = (number(&columns.x, &x_kind)?, number(&columns.y, &y_kind)?);
-        if columns.coordinates == Coordinates::Degrees && x == 0.0 && y == 0.0 {
-            // A receiver without a fix reports 0, 0, in the Gulf of Guinea.
+        let check = |column: &Column, value: Option<f64>, quantity: &Quantity| {
+            let checked = quantity.check(&column.name, table.text(column.index)?, value);
+            checked.map_err(|message| of_vehicle(column, message))
+        };
+        let at = [value(&columns.x)?, value(&columns.y)?];
+        if let [Some(x), Some(y)] = at
+            && validate::is_unknown(columns.coordinates, [x, y])
+        {
             builder.skip(name);
             continue;
         }
+        let [x_kind, y_kind] = validate::axes(columns.coordinates);
+        let (mut x, mut y) = (check(&columns.x, at[0], &x_kind)?, check(&columns.y, at[1], &y_kind)?);
         columns.check_hemispheres(&table, [y, x])?;
         if table.separator != b',' && columns.coordinates == Coordinates::Metres {
             for column in [&columns.x, &columns.y] {
                 thousands.add(&column.name, table.text(column.index)?);
             }
         }
+        let mut number = |column: &Column, quantity: &Quantity| check(column, value(column)?, quantity);
         if let Some([width, length]) = &columns.box_size {
             x += 0.5 * number(width, &x_kind)?;
             y += 0.5 * number(length, &y_kind)?;
@@ -136,10 +144,8 @@ pub(super) fn read(lines: Lines<impl Read>, options: &Options) -> Result<Traffic
     columns.check_vehicles(&builder)?;
     let unit = columns.unit(&builder, options)?;
     builder.thousands = thousands.found();
-    let mut traffic = builder.finish(unit, options).map_err(Fault::whole)?;
-    traffic.epoch = clock.epoch(traffic.begin_us);
-    traffic.notes.extend(columns.notes(&persons));
-    Ok(traffic)
+    columns.notes(&persons).into_iter().for_each(|note| builder.note(note));
+    builder.finish(unit, options).map_err(Fault::whole)
 }
 
 /// Returns the columns that distinguish persons and containers.
@@ -441,6 +447,84 @@ mod tests {
         assert!(read("t,id,x,y\n0,a,0,0\n").unwrap().notes.is_empty(), "0, 0 is a position in metres");
     }
 
+    #[test]
+    fn positions_that_a_receiver_marks_as_unknown_are_skipped() {
+        let rows = |lat: &str, lon: &str| format!("t,id,lat,lon\n0,a,44.5,11.3\n1,a,{lat},{lon}\n2,a,44.5001,11.3\n");
+        for (lat, lon) in [("91", "181"), ("214.7483647", "214.7483647"), ("-999", "-999"), ("inf", "NaN")] {
+            let traffic = read(&rows(lat, lon)).unwrap();
+            assert_eq!(traffic.notes, ["skipped 1 sample without a position or time: \"a\" (1)"]);
+        }
+        let wrong = error(&rows("91", "11.3"));
+        assert!(
+            wrong.contains("lat = \"91\" is out of range; -90 to 90 degrees north; correct the sample or"),
+            "{wrong}"
+        );
+        let none = error("t,id,lat,lon\n0,a,91,181\n1,a,91,181\n");
+        assert_eq!(none, "f.csv: contains no vehicles with a position: 2 samples without one");
+        // The unit of SUMO's columns is known only at the end.
+        let sumo = "timestep_time;vehicle_id;vehicle_x;vehicle_y\n0;a;0;0\n1;a;11.3;44.5\n2;a;11.3001;44.5\n3;a;11.3002;44.5\n";
+        let traffic = read_as(sumo, Coordinates::Degrees).unwrap();
+        assert_eq!(traffic.origin.map(|origin| origin.longitude_deg), Some(11.3));
+    }
+
+    #[test]
+    fn longitudes_may_be_0_to_360() {
+        let read = |rows: &str| read(&format!("t,id,lat,lon\n{rows}")).unwrap();
+        let unsigned = read("0,a,50,179.9999\n1,a,50,180.0\n2,a,50,180.0001\n");
+        let signed = read("0,a,50,179.9999\n1,a,50,180.0\n2,a,50,-179.9999\n");
+        for time_us in [0, 1_000_000, 2_000_000] {
+            let [one, other] = [&unsigned, &signed].map(|traffic| traffic.vehicles[0].at(time_us).unwrap());
+            assert!((one.x_m - other.x_m).abs() < 1e-6 && (one.y_m - other.y_m).abs() < 1e-6, "{one:?} {other:?}");
+        }
+        let west = read("0,a,50,190.5\n1,a,50,190.5001\n");
+        assert_eq!(west.origin.map(|origin| origin.longitude_deg), Some(-169.5));
+    }
+
+    #[test]
+    fn samples_whose_times_are_cut_to_seconds_are_kept_once() {
+        let rows: String = (0..40).map(|n| format!("{},van,{},0\n", n * 3 / 4, 6 * n)).collect();
+        let traffic = read(&format!("t,id,x,y\n{rows}30,van,240,0\n30,van,240,0\n")).unwrap();
+        let expected = "skipped 11 samples at the time of an earlier one of the same vehicle: \"van\" (11)";
+        assert_eq!((traffic.vehicles[0].samples(), traffic.notes), (31, vec![expected.to_owned()]));
+    }
+
+    #[test]
+    fn repeated_times_of_other_causes_are_refused_with_the_cause() {
+        let of = |rows: String| error(&format!("timestamp,id,x,y\n{rows}"));
+        let again = of((0..200).map(|n| format!("{:.1},car,{},0\n", (1_777_885_200 + n) as f32, 8 * n)).collect());
+        assert!(again.contains("were stored in single precision"), "{again}");
+        let single = of((0..200).map(|n| format!("{},car,{},0\n", (1_777_885_200 + n) as f32, 8 * n)).collect());
+        let expected = "f.csv: vehicle \"car\": 200 samples at 3 different times: the times were stored in single precision, in \
+                        which they differ by 128 s at least; write them again in double precision";
+        assert!(single.starts_with(expected), "{single}");
+        let coarse = of((0..50).map(|n| format!("{},car,{},0\n", n / 10 * 10, 8 * n)).collect());
+        assert!(coarse.contains("50 samples at 5 different times, the first at time = 0 s;"), "{coarse}");
+        assert!(coarse.ends_with("the times are rounded: write more digits"), "{coarse}");
+        let two = of((0..50).map(|n| format!("{},car,{},{}\n", n / 2, 8 * n / 2, n % 2 * 60)).collect());
+        assert!(two.contains("two samples at time = 0 s are 60 m apart, and 25 samples at"), "{two}");
+        assert!(two.contains("if two vehicles have one name, give each its own"), "{two}");
+    }
+
+    #[test]
+    fn times_that_go_back_are_refused_with_the_cause() {
+        let drive = |from: i64| (0..12).map(|n| format!("{},car,{n},0\n", from + n)).collect::<String>();
+        for (rows, expected) in [
+            ("2,car,0,0\n1,car,1,0\n".to_owned(), "sort them; if two vehicles have one name, give each its own"),
+            (drive(0) + "0,car,5,5\n", "the vehicle starts again: if two vehicles have one name, give each its own;"),
+            (drive(86_380) + "3,car,13,0\n", "the seconds of a day start again: add 86400 s to these times"),
+            (drive(1_777_885_200) + "1158570013,car,1,0\n", "the week number of GPS starts again after 1024 weeks"),
+        ] {
+            let error = error(&format!("t,id,x,y\n{rows}"));
+            assert!(error.contains(expected), "{error}");
+        }
+        let clock = "t,id,x,y\n2026-10-25T02:59:59,a,0,0\n2026-10-25T02:00:00,a,1,0\n";
+        let expected = "f.csv:3:1: vehicle \"a\": time = 2026-10-25T02:00:00 comes after 2026-10-25T02:59:59; the times of a \
+                        vehicle must increase; if the local clock was put back, write the times in UTC";
+        assert_eq!(error(clock), expected);
+        // Some programs write earlier samples again.
+        assert_eq!(read(&format!("t,id,x,y\n{}{}12,car,12,0\n", drive(0), drive(0))).unwrap().span_s(), 12.0);
+    }
+
     /// The rows are our own; the columns are those of the data sets.
     #[test]
     fn published_data_sets_are_recognised_by_their_columns() {
@@ -491,6 +575,10 @@ mod tests {
             fast.notes[0]
                 .ends_with("are the times in another unit? then correct the name or the values of their column")
         );
+        let lanes = of((0..40)
+            .map(|t| format!("{},car,{},{}\n", f64::from(t) / 40.0, t / 2, if t < 20 { 0.0 } else { 3.2 }))
+            .collect());
+        assert_eq!(lanes.notes, [""; 0], "a lane change within a time step of 0.025 s");
         let parked = of((0..300).map(|t| format!("{},car,{},0\n", 100 * t, f64::from(t % 2))).collect());
         assert_eq!(parked.notes, [""; 0]);
     }
@@ -697,7 +785,7 @@ mod tests {
             error("t,id,lat,lon\n0,v,91,0").starts_with("f.csv:2:5: vehicle \"v\": lat = \"91\" is out of range; -90")
         );
         assert!(
-            error("t,id,lat,lon\n0,v,9,181").starts_with("f.csv:2:7: vehicle \"v\": lon = \"181\" is out of range")
+            error("t,id,lat,lon\n0,v,9,361").starts_with("f.csv:2:7: vehicle \"v\": lon = \"361\" is out of range")
         );
         let long = error(&format!("t,id,x,y\n0,{},0,0", "n".repeat(201)));
         assert!(long.starts_with("f.csv:2:3: id = ") && long.contains("has 201 characters"), "{long}");
@@ -707,7 +795,8 @@ mod tests {
     fn the_times_of_each_vehicle_must_increase_but_rows_may_be_unsorted() {
         assert!(read("t,id,x,y\n5,a,0,0\n6,a,0,0\n1,b,0,0\n2,b,0,0").is_ok());
         let twice = error("t,id,x,y\r\n1,b,0,0\r\n1,a,0,0\r\n1,b,9,9\r\n");
-        assert!(twice.starts_with("f.csv:4:1: vehicle \"b\": time = 1 s occurs twice"), "{twice}");
+        let expected = "f.csv: vehicle \"b\": 2 samples at one time, the first at time = 1 s; a vehicle has one";
+        assert!(twice.starts_with(expected), "{twice}");
         let back = error("t,id,x,y\n2,b,0,0\n1,b,0,0");
         assert!(back.starts_with("f.csv:3:1: vehicle \"b\": time = 1 s comes after 2 s"), "{back}");
     }

@@ -147,9 +147,12 @@ impl Fcd {
         let time_us = time.read(|text| validate::time_us("time", text))?;
         if let Some(last_us) = self.last_us.filter(|&last_us| last_us >= time_us) {
             let (now, last) = (validate::seconds(time_us), validate::seconds(last_us));
-            let message = format!(
-                "time = {now} s is not after the previous time step ({last} s); must increase; sort or split the file"
-            );
+            let advice = match now < last {
+                true => "sort or split the file",
+                false => "if the times are rounded, have SUMO write more digits, with --precision",
+            };
+            let message =
+                format!("time = {now} s is not after the previous time step ({last} s); must increase; {advice}");
             return Err(Fault::at(time.position, message));
         }
         self.last_us = Some(time_us);
@@ -168,6 +171,12 @@ impl Fcd {
         let need = |key: &str, found: Option<Found<'_>>, quantity: &Quantity| {
             read(key, &found.ok_or_else(|| missing(start, &vehicle(), key))?, quantity)
         };
+        if let [Some(x), Some(y)] = [&x, &y].map(|found| found.as_ref().and_then(|found| validate::raw(&found.text)))
+            && validate::is_unknown(self.coordinates, [x, y])
+        {
+            self.builder.skip(&id.text);
+            return Ok(());
+        }
         let [x_kind, y_kind] = validate::axes(self.coordinates);
         let (x, y) = (need("x", x, &x_kind)?, need("y", y, &y_kind)?);
         let speed = speed.map(|found| read("speed", &found, &SPEED)).transpose()?;
@@ -336,10 +345,20 @@ mod tests {
     }
 
     #[test]
-    fn a_vehicle_occurs_once_in_a_time_step() {
-        let vehicle = r#"<vehicle id="v" x="0" y="0"/>"#;
-        let error = step(&format!("{vehicle}\n{vehicle}")).unwrap_err().to_string();
-        assert!(error.starts_with(r#"f.xml:3:1: vehicle "v": time = 1 s occurs twice"#), "{error}");
+    fn a_vehicle_has_one_position_in_a_time_step() {
+        let vehicle = |x: i32| format!(r#"<vehicle id="v" x="{x}" y="0"/>"#);
+        let same = step(&(vehicle(0) + &vehicle(0))).unwrap();
+        assert_eq!(same.notes, ["skipped 1 sample at the time of an earlier one of the same vehicle: \"v\" (1)"]);
+        let error = step(&(vehicle(0) + &vehicle(9))).unwrap_err().to_string();
+        assert!(error.starts_with(r#"f.xml: vehicle "v": 2 samples at one time, the first at time = 1 s"#), "{error}");
+    }
+
+    #[test]
+    fn vehicles_without_a_position_are_skipped() {
+        for at in ["-1073741824.00", "nan", ""] {
+            let vehicles = format!("<vehicle id=\"v\" x=\"{at}\" y=\"{at}\"/><vehicle id=\"w\" x=\"1\" y=\"2\"/>");
+            assert_eq!(step(&vehicles).unwrap().notes, ["skipped 1 sample without a position or time: \"v\" (1)"]);
+        }
     }
 
     #[test]
@@ -402,6 +421,6 @@ mod tests {
     #[test]
     fn text_that_is_not_utf8_is_refused() {
         let error = read_from(&b"<fcd-export a=\"\xff\"/>"[..], "f.xml", &Options::default()).unwrap_err();
-        assert!(error.to_string().starts_with("f.xml:1:1: not well-formed XML"), "{error}");
+        assert!(error.to_string().starts_with("f.xml:1:1: not text; must be UTF-8; save the file"), "{error}");
     }
 }

@@ -1,7 +1,10 @@
 //! Reads tracks of GPS receivers from GPX (version 1.0 or 1.1): each `trk` is a vehicle, with its `name` or a number. A
 //! vehicle is absent between its segments (`trkseg`), because GPX defines that the receiver had no fix or was off then.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use quick_xml::events::BytesStart;
+use standoff_io::display_text::quoted;
 use standoff_io::geodesy::Unit;
 use standoff_io::text_source::xml::{Elements, attributes};
 use standoff_io::text_source::{Fault, Position};
@@ -9,6 +12,7 @@ use standoff_io::text_source::{Fault, Position};
 use super::build::Builder;
 use super::csv::Clock;
 use super::model::{Coordinates, Options, Traffic};
+use super::notes::some;
 use super::validate;
 use super::vehicle::Sample;
 
@@ -23,8 +27,14 @@ pub(super) struct Gpx {
     tracks: usize,
     /// Name of the current track.
     name: String,
-    /// Current point: latitude, longitude and its position in the file.
-    point: Option<([f64; 2], Position)>,
+    /// Name of the current track as a vehicle, from its first point on.
+    vehicle: Option<String>,
+    /// Vehicles of the tracks, by the names of these.
+    vehicles: BTreeMap<String, Vec<String>>,
+    /// Names of all vehicles.
+    taken: BTreeSet<String>,
+    /// Current point: latitude and longitude, if they are known, and its position in the file.
+    point: Option<(Option<[f64; 2]>, Position)>,
     /// Time of the current point.
     time: String,
     clock: Clock,
@@ -48,6 +58,7 @@ impl Elements for Gpx {
             (1, "trk") => {
                 self.tracks += 1;
                 self.name.clear();
+                self.vehicle = None;
             }
             (2, "name") => {
                 self.name.clear();
@@ -56,11 +67,16 @@ impl Elements for Gpx {
             (2, "trkseg") => self.begins_segment = true,
             (3, "trkpt") => {
                 let [lat, lon] = attributes(element, start, ["lat", "lon"])?;
-                let [x_kind, y_kind] = validate::axes(Coordinates::Degrees);
+                let [x_kind, y_kind] = validate::GPX_AXES;
                 let missing = |key: &str| Fault::at(start, format!("trkpt: {key} is missing; must be an attribute"));
-                let lat = lat.ok_or_else(|| missing("lat"))?.read(|text| y_kind.parse("lat", text))?;
-                let lon = lon.ok_or_else(|| missing("lon"))?.read(|text| x_kind.parse("lon", text))?;
-                self.point = Some(([lat, lon], start));
+                let (lat, lon) = (lat.ok_or_else(|| missing("lat"))?, lon.ok_or_else(|| missing("lon"))?);
+                let at = match [&lon, &lat].map(|found| validate::raw(&found.text)) {
+                    [Some(x), Some(y)] if validate::is_unknown(Coordinates::Degrees, [x, y]) => None,
+                    _ => {
+                        Some([lat.read(|text| y_kind.parse("lat", text))?, lon.read(|text| x_kind.parse("lon", text))?])
+                    }
+                };
+                self.point = Some((at, start));
                 self.time.clear();
                 self.has_points = true;
             }
@@ -83,30 +99,55 @@ impl Elements for Gpx {
 
     fn end(&mut self, depth: usize) -> Result<(), Fault> {
         self.collects = None;
-        let Some(([lat, lon], start)) = self.point.take_if(|_| depth == 3) else { return Ok(()) };
-        let name = match self.name.trim() {
-            "" => format!("track {}", self.tracks),
-            name => name.to_owned(),
-        };
+        let Some((at, start)) = self.point.take_if(|_| depth == 3) else { return Ok(()) };
         let fault = |message| Fault::at(start, message);
-        self.builder.check_name("name", &name).map_err(fault)?;
-        let time = self.time.trim();
-        if time.is_empty() || lat == 0.0 && lon == 0.0 {
-            self.builder.skip(&name);
+        let vehicle = self.vehicle().map_err(fault)?;
+        let (Some([lat, lon]), false) = (at, self.time.trim().is_empty()) else {
+            self.builder.skip(&vehicle);
             return Ok(());
-        }
-        let time_us = self.clock.date_time_us("time", time).map_err(fault)?;
-        let sample = Sample { time_us, x: lon, y: lat, velocity: [f32::NAN; 2] };
-        self.builder.add(&name, sample).map_err(fault)?;
+        };
+        let time_us = self.clock.date_time_us("time", self.time.trim()).map_err(fault)?;
+        self.builder.times = self.clock.form();
         if std::mem::take(&mut self.begins_segment) {
-            self.builder.begin_segment(&name, time_us);
+            self.builder.begin_segment(&vehicle, time_us);
         }
-        Ok(())
+        let sample = Sample { time_us, x: lon, y: lat, velocity: [f32::NAN; 2] };
+        self.builder.add(&vehicle, sample).map_err(fault)
     }
 }
 
 impl Gpx {
-    pub(super) fn finish(self, options: &Options) -> Result<Traffic, Fault> {
+    /// Returns the vehicle of the current track. Tracks of one name are separate vehicles until [`Self::finish`].
+    fn vehicle(&mut self) -> Result<String, String> {
+        if let Some(vehicle) = &self.vehicle {
+            return Ok(vehicle.clone());
+        }
+        let name = match self.name.trim() {
+            "" => format!("track {}", self.tracks),
+            name => name.to_owned(),
+        };
+        self.builder.check_name("name", &name)?;
+        let of_name = self.vehicles.entry(name.clone()).or_default();
+        let numbered = (of_name.len() + 1..).map(|n| if n == 1 { name.clone() } else { format!("{name} ({n})") });
+        let vehicle = numbered.into_iter().find(|vehicle| self.taken.insert(vehicle.clone())).unwrap_or(name);
+        of_name.push(vehicle.clone());
+        self.vehicle = Some(vehicle.clone());
+        Ok(vehicle)
+    }
+
+    /// Returns the traffic. Tracks of one name that overlap in time are separate vehicles, others are one.
+    pub(super) fn finish(mut self, options: &Options) -> Result<Traffic, Fault> {
+        let mut overlapping = Vec::new();
+        for (name, tracks) in self.vehicles {
+            if tracks.len() > 1 && !self.builder.join(&tracks) {
+                overlapping.push(format!("{} ({})", quoted(&name), tracks.len()));
+            }
+        }
+        if !overlapping.is_empty() {
+            let names = some(&overlapping);
+            let note = format!("tracks of one name overlap in time, so that each is a vehicle, with a number: {names}");
+            self.builder.note(note);
+        }
         if self.builder.is_empty() {
             let message = match self.has_points {
                 true => "none of its track points has a time and a position; export the track with both",
@@ -116,8 +157,7 @@ impl Gpx {
             };
             return Err(Fault::whole(message.to_owned()));
         }
-        let traffic = self.builder.finish(Unit::Degrees, options).map_err(Fault::whole)?;
-        Ok(Traffic { epoch: self.clock.epoch(traffic.begin_us), ..traffic })
+        self.builder.finish(Unit::Degrees, options).map_err(Fault::whole)
     }
 }
 
@@ -174,6 +214,9 @@ mod tests {
         assert_eq!(exists(&format!("{one}{two}")), (false, vec![note.to_owned()]));
         let parked = segment(&[(20, 44.001), (30, 44.001)]);
         assert_eq!(exists(&format!("{one}{parked}")), (true, vec![]));
+        let next = segment(&[(10, 44.001), (20, 44.002)]);
+        let skipped = "skipped 1 sample at the time of an earlier one of the same vehicle: \"track 1\" (1)";
+        assert_eq!(exists(&format!("{one}{next}")), (true, vec![skipped.to_owned()]));
     }
 
     #[test]
@@ -197,10 +240,45 @@ mod tests {
     }
 
     #[test]
+    fn tracks_of_one_name_are_one_vehicle_unless_they_overlap() {
+        let track = |from: u32, to: u32| {
+            let points: String = (from..to).map(|second| point(second, 44.0 + 1e-4 * f64::from(second))).collect();
+            format!("<trk><name>Morning drive</name><trkseg>{points}</trkseg></trk>")
+        };
+        let names = |traffic: &Traffic| traffic.vehicles.iter().map(|v| v.name().to_owned()).collect::<Vec<_>>();
+        let parts = read(&(track(9, 12) + &track(0, 5))).unwrap();
+        assert_eq!((names(&parts), parts.span_s()), (vec!["Morning drive".to_owned()], 11.0));
+        let absent = "1 vehicle absent between segments of their tracks for at least a tenth of the time: \"Morning drive\" \
+                      (45 %, 1 gap); join the segments if they were there";
+        assert_eq!(parts.notes, [absent]);
+        let next = read(&(track(4, 12) + &track(0, 5))).unwrap();
+        let skipped = "skipped 1 sample at the time of an earlier one of the same vehicle: \"Morning drive\" (1)";
+        assert_eq!((names(&next), next.notes), (vec!["Morning drive".to_owned()], vec![skipped.to_owned()]));
+        let two = read(&(track(0, 9) + &track(3, 12))).unwrap();
+        assert_eq!(names(&two), ["Morning drive", "Morning drive (2)"]);
+        assert!(two.notes[0].starts_with("tracks of one name overlap in time, so that each"), "{:?}", two.notes);
+    }
+
+    #[test]
+    fn segments_that_repeat_earlier_points_are_read() {
+        let segments: String = (1..4)
+            .map(|part| {
+                let points: String =
+                    (0..3 * part).map(|second| point(second, 44.0 + 1e-4 * f64::from(second))).collect();
+                format!("<trkseg>{points}</trkseg>")
+            })
+            .collect();
+        let traffic = read(&format!("<trk><name>van</name>{segments}</trk>")).unwrap();
+        assert_eq!((traffic.vehicles[0].samples(), traffic.span_s()), (9, 8.0));
+        assert_eq!(traffic.notes, ["skipped 9 samples at the time of an earlier one of the same vehicle: \"van\" (9)"]);
+    }
+
+    #[test]
     fn points_without_a_fix_or_a_time_are_skipped_and_reported() {
-        let none = "<trkpt lat=\"0\" lon=\"0\"><time>2026-03-01T12:00:01Z</time></trkpt><trkpt lat=\"44\" lon=\"9\"/>";
+        let none = "<trkpt lat=\"0\" lon=\"0\"><time>2026-03-01T12:00:01Z</time></trkpt><trkpt lat=\"44\" lon=\"9\"/>\
+                    <trkpt lat=\"91\" lon=\"181\"><time>2026-03-01T12:00:02Z</time></trkpt><trkpt lat=\"\" lon=\"NaN\"/>";
         let traffic = read(&format!("<trk><trkseg>{}{none}{}</trkseg></trk>", point(0, 44.0), point(3, 44.0))).unwrap();
-        assert_eq!(traffic.notes, ["skipped 2 samples without a position or time: \"track 1\" (2)"]);
+        assert_eq!(traffic.notes, ["skipped 4 samples without a position or time: \"track 1\" (4)"]);
         let untimed = read("<trk><trkseg><trkpt lat=\"44\" lon=\"9\"/></trkseg></trk>").unwrap_err();
         let none = read("<rte><rtept lat=\"44\" lon=\"9\"/></rte>").unwrap_err();
         assert!(none.starts_with("f.gpx: contains no track points; must contain trk"), "{none}");

@@ -8,7 +8,7 @@ use standoff_io::text_source::Fault;
 
 use super::build::check_crowd;
 use super::limits::{MAX_SAMPLES, MAX_VEHICLES};
-use super::model::{Epoch, Traffic};
+use super::model::Traffic;
 use super::names::as_shown;
 use super::validate::check_name;
 use super::vehicle::Vehicle;
@@ -46,12 +46,12 @@ impl Joined {
                 quoted(&first.file)
             ));
         }
-        if let Some(first) = self.files.first().filter(|first| first.traffic.epoch != traffic.epoch) {
+        if let Some(first) = self.files.first().filter(|first| first.traffic.epoch() != traffic.epoch()) {
             return refuse(format!(
                 "has {}, but {} has {}; all traffic files of a run must have one clock; write all times alike",
-                traffic.epoch.name(),
+                traffic.epoch().name(),
                 quoted(&first.file),
-                first.traffic.epoch.name()
+                first.traffic.epoch().name()
             ));
         }
         self.samples += traffic.vehicles.iter().map(Vehicle::samples).sum::<usize>();
@@ -81,10 +81,10 @@ impl Joined {
         }
         let mut vehicles = Vec::with_capacity(self.vehicles);
         let mut notes = Vec::new();
-        let (mut origin, mut epoch) = (None, Epoch::File);
+        let times = self.files.first().map(|part| part.traffic.times).unwrap_or_default();
+        let mut origin = None;
         for Part { file, stem, traffic } in self.files {
             origin = origin.or(traffic.origin);
-            epoch = traffic.epoch;
             notes.extend(traffic.notes.iter().map(|note| format!("{file}: {note}")));
             for mut vehicle in traffic.vehicles {
                 if occurrences.get(&as_shown(vehicle.name())).is_some_and(|&count| count > 1) {
@@ -102,10 +102,10 @@ impl Joined {
             }
         }
         vehicles.sort_by(|one, other| (one.first_us(), one.name()).cmp(&(other.first_us(), other.name())));
-        check_crowd(&vehicles).map_err(refuse)?;
+        check_crowd(&vehicles, times).map_err(refuse)?;
         let begin_us = vehicles.iter().map(Vehicle::first_us).min().unwrap_or_default();
         let end_us = vehicles.iter().map(Vehicle::last_us).max().unwrap_or_default();
-        Ok(Traffic { vehicles, begin_us, end_us, origin, notes, epoch })
+        Ok(Traffic { vehicles, begin_us, end_us, origin, notes, times })
     }
 
     /// Appends the number of the file to stems that several files have.

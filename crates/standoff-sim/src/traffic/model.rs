@@ -5,11 +5,12 @@ use serde::{Deserialize, Serialize};
 use standoff_io::geodesy::{Origin, Unit};
 use standoff_io::text_source::Expectation;
 
+use super::times::{Epoch, TimeForm};
 use super::vehicle::Vehicle;
 
 /// Expected contents, for messages.
 pub(super) static TRAFFIC: Expectation =
-    Expectation { description: "traffic", formats: "SUMO FCD (XML, CSV or Parquet), CSV tracks or GPX" };
+    Expectation { description: "traffic", formats: "SUMO FCD (XML, CSV or Parquet), CSV tracks or GPX", is_map: false };
 
 /// Options of the traffic reader.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -92,38 +93,8 @@ pub struct Traffic {
     pub origin: Option<Origin>,
     /// What is implausible or ambiguous in the file, for the user.
     pub notes: Vec<String>,
-    /// What its times count from.
-    pub(super) epoch: Epoch,
-}
-
-/// What the times of a file count from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Epoch {
-    /// A start of its own.
-    File,
-    /// The start of 1970 in UTC.
-    Utc,
-    /// The start of 1970 in an unknown time zone.
-    Local,
-}
-
-/// First time that counts from 1970 rather than from the start of a recording, microseconds: March 1973.
-const SINCE_1970_US: i64 = 100_000_000_000_000;
-
-impl Epoch {
-    /// Returns the epoch of times that are numbers, the first of them `begin_us`.
-    pub(super) fn of_numbers(begin_us: i64) -> Self {
-        if begin_us >= SINCE_1970_US { Self::Utc } else { Self::File }
-    }
-
-    /// Describes the times, for messages.
-    pub(super) fn name(self) -> &'static str {
-        match self {
-            Self::File => "times from a start of its own",
-            Self::Utc => "times in UTC (dates with an offset, or seconds since 1970)",
-            Self::Local => "dates without an offset from UTC",
-        }
-    }
+    /// How the file writes its times.
+    pub(crate) times: TimeForm,
 }
 
 impl Traffic {
@@ -132,9 +103,25 @@ impl Traffic {
         if self.origin.is_some() { Unit::Degrees } else { Unit::Metres }
     }
 
+    /// Returns what the times count from.
+    pub(super) fn epoch(&self) -> Epoch {
+        self.times.epoch(self.begin_us)
+    }
+
     /// Time from the first sample to the last, s.
     pub fn span_s(&self) -> f64 {
         self.end_us.saturating_sub(self.begin_us) as f64 / 1e6
+    }
+
+    /// Returns the longest time without a sample, microseconds, and the vehicle and time of the samples around it.
+    pub(crate) fn longest_gap(&self) -> (i64, [(&str, i64); 2]) {
+        let mut all: Vec<(i64, &str)> = Vec::new();
+        for vehicle in &self.vehicles {
+            all.extend(vehicle.times_us().map(|time_us| (time_us, vehicle.name())));
+        }
+        all.sort_unstable();
+        let gaps = all.windows(2).map(|pair| (pair[1].0 - pair[0].0, [pair[0], pair[1]].map(|(at, name)| (name, at))));
+        gaps.max_by_key(|(gap_us, _)| *gap_us).unwrap_or((0, [("", self.begin_us); 2]))
     }
 
     /// Positions of all samples, east and north, m.

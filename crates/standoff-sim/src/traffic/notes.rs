@@ -4,11 +4,14 @@ use std::collections::BTreeMap;
 
 use standoff_io::display_text::{count, quoted};
 
+use super::times::TimeForm;
 use super::validate::seconds;
 use super::vehicle::{Gaps, Sample};
 
 /// Speed above which a position is probably wrong, m/s: no car is faster.
 const FAST_M_S: f64 = 100.0;
+/// Distance below which a fast step is no wrong position, m.
+const JUMP_M: f64 = 10.0;
 /// Speed below which nothing moves although it should, m/s.
 const SLOW_M_S: f64 = 0.1;
 /// Distance that shows that a vehicle moves, m.
@@ -27,44 +30,41 @@ const NAMED: usize = 3;
 /// A vehicle of a file, in metres: its name and samples, and the gaps between them.
 type Found<'a> = ((&'a String, &'a Vec<Sample>), &'a Gaps);
 
-/// What the reader found in a file apart from samples.
-pub(super) struct Oddities<'a> {
-    /// Samples without a position, by vehicle.
-    pub(super) without_position: &'a BTreeMap<String, usize>,
-    /// Pairs of names that may be spellings of one.
-    pub(super) alike: &'a [[String; 2]],
-    /// Position that may have a separator of thousands, and whether others are whole numbers.
-    pub(super) thousands: Option<&'a (String, bool)>,
+/// Returns the notes about the motion of the vehicles. `thousands` is a position that may have a separator of thousands,
+/// and whether others are whole numbers.
+pub(super) fn of<'a>(
+    vehicles: impl Iterator<Item = Found<'a>> + Clone,
+    thousands: Option<&(String, bool)>,
+    times: TimeForm,
+) -> Vec<String> {
+    let motion = Motion::of(vehicles.clone(), times);
+    let absences = [absences(vehicles.clone(), false), absences(vehicles, true)];
+    [motion.jumps()].into_iter().chain(absences).chain([motion.slowness(thousands)]).flatten().collect()
 }
 
-/// Returns the notes about a file.
-pub(super) fn of<'a>(vehicles: impl Iterator<Item = Found<'a>> + Clone, oddities: &Oddities<'_>) -> Vec<String> {
-    let Oddities { without_position, alike, thousands } = oddities;
-    let motion = Motion::of(vehicles.clone());
-    let mut notes: Vec<String> = motion.jumps().into_iter().collect();
-    notes.extend(absences(vehicles.clone(), false));
-    notes.extend(absences(vehicles, true));
-    if !alike.is_empty() {
-        let pairs: Vec<_> = alike.iter().map(|[one, other]| format!("{} and {}", quoted(one), quoted(other))).collect();
-        notes.push(format!(
+/// Returns the note about pairs of names that may be spellings of one.
+pub(super) fn of_alike(alike: &[[String; 2]]) -> Option<String> {
+    let pairs: Vec<_> = alike.iter().map(|[one, other]| format!("{} and {}", quoted(one), quoted(other))).collect();
+    (!pairs.is_empty()).then(|| {
+        format!(
             "names that may be of one vehicle, but are read as two: {}; write them alike if they are of one",
             some(&pairs)
-        ));
-    }
-    notes.extend(motion.slowness(*thousands));
-    if !without_position.is_empty() {
-        let rows: usize = without_position.values().sum();
-        let named: Vec<_> = without_position.iter().map(|(name, rows)| format!("{} ({rows})", quoted(name))).collect();
-        notes.push(format!("skipped {} without a position or time: {}", count(rows, "sample"), some(&named)));
-    }
-    notes
+        )
+    })
+}
+
+/// Returns the note about skipped samples, by vehicle.
+pub(super) fn of_skipped(skipped: &BTreeMap<String, usize>, why: &str) -> Option<String> {
+    let rows: usize = skipped.values().sum();
+    let named: Vec<_> = skipped.iter().map(|(name, rows)| format!("{} ({rows})", quoted(name))).collect();
+    (rows > 0).then(|| format!("skipped {} {why}: {}", count(rows, "sample"), some(&named)))
 }
 
 /// Motion of all vehicles of a file.
 #[derive(Default)]
 struct Motion {
-    /// Vehicles that are too fast, each with its highest speed and the time.
-    jumps: Vec<String>,
+    /// Vehicles that are too fast: whether they move far in such a step, and their highest speed and its time.
+    jumps: Vec<(bool, String)>,
     steps: usize,
     fast_steps: usize,
     fastest_m_s: f64,
@@ -75,10 +75,10 @@ struct Motion {
 }
 
 impl Motion {
-    fn of<'a>(vehicles: impl Iterator<Item = Found<'a>>) -> Self {
+    fn of<'a>(vehicles: impl Iterator<Item = Found<'a>>, times: TimeForm) -> Self {
         let mut all = Self::default();
         for ((name, samples), gaps) in vehicles {
-            let mut jump: Option<(f64, i64)> = None;
+            let mut jump: Option<(bool, f64, i64)> = None;
             let mut path_m = 0.0;
             for pair in samples.windows(2).filter(|pair| !gaps.separate(&pair[0], &pair[1])) {
                 let step_m = pair[0].distance_m(&pair[1]);
@@ -88,13 +88,17 @@ impl Motion {
                 all.furthest_m = all.furthest_m.max(samples[0].distance_m(&pair[1]));
                 all.steps += 1;
                 all.fast_steps += usize::from(speed_m_s > FAST_M_S);
-                if speed_m_s > FAST_M_S && jump.is_none_or(|(fastest_m_s, _)| speed_m_s > fastest_m_s) {
-                    jump = Some((speed_m_s, pair[1].time_us));
+                // SUMO changes lanes in one time step, however short.
+                let is_far = step_m > JUMP_M;
+                if speed_m_s > FAST_M_S
+                    && jump.is_none_or(|(far, fastest_m_s, _)| (is_far, speed_m_s) > (far, fastest_m_s))
+                {
+                    jump = Some((is_far, speed_m_s, pair[1].time_us));
                 }
             }
-            if let Some((speed_m_s, time_us)) = jump {
-                let time_s = seconds(time_us);
-                all.jumps.push(format!("{} with {speed_m_s:.0} m/s before time = {time_s} s", quoted(name)));
+            if let Some((is_far, speed_m_s, time_us)) = jump {
+                let time = times.shown(time_us);
+                all.jumps.push((is_far, format!("{} with {speed_m_s:.0} m/s before time = {time}", quoted(name))));
             }
             let way_m = samples.first().zip(samples.last()).map_or(0.0, |(first, last)| first.distance_m(last));
             all.is_steady |= samples.len() >= STEADY_SAMPLES && way_m >= STEADY_M && way_m >= STEADY * path_m;
@@ -104,12 +108,15 @@ impl Motion {
 
     /// Returns a note about vehicles that are too fast.
     fn jumps(&self) -> Option<String> {
-        let what = format!("{} above {FAST_M_S} m/s between two samples", count(self.jumps.len(), "vehicle"));
-        let advice = match 2 * self.fast_steps > self.steps {
+        let is_fast = 2 * self.fast_steps > self.steps;
+        let is_noted = |&&(is_far, _): &&(bool, String)| is_far || is_fast;
+        let jumps: Vec<_> = self.jumps.iter().filter(is_noted).map(|(_, jump)| jump.clone()).collect();
+        let what = format!("{} above {FAST_M_S} m/s between two samples", count(jumps.len(), "vehicle"));
+        let advice = match is_fast {
             true => "are the times in another unit? then correct the name or the values of their column",
             false => "is a position wrong? correct it or remove the sample",
         };
-        (!self.jumps.is_empty()).then(|| format!("{what}: {}; {advice}", some(&self.jumps)))
+        (!jumps.is_empty()).then(|| format!("{what}: {}; {advice}", some(&jumps)))
     }
 
     /// Returns a note if all vehicles are too slow, or if positions may have separators of thousands.
@@ -159,7 +166,7 @@ fn absences<'a>(vehicles: impl Iterator<Item = Found<'a>>, between_segments: boo
 }
 
 /// Lists the first names, and the number of the others.
-fn some(names: &[String]) -> String {
+pub(super) fn some(names: &[String]) -> String {
     let shown = names[..names.len().min(NAMED)].join(", ");
     if names.len() > NAMED { format!("{shown} and {} more", names.len() - NAMED) } else { shown }
 }

@@ -4,6 +4,7 @@ use std::io::Read;
 use std::path::Path;
 
 use standoff_io::bounded_input;
+use standoff_io::parquet_file::COMPRESSION;
 use standoff_io::text_source::Fault;
 use standoff_io::text_source::limits::MAX_TEXT;
 use standoff_record::RecordError;
@@ -106,6 +107,10 @@ pub(super) fn read(path: &Path, options: &Options) -> Result<Traffic, Fault> {
             builder.skip(&vehicle);
             continue;
         };
+        if validate::is_unknown(options.coordinates, [x, y]) {
+            builder.skip(&vehicle);
+            continue;
+        }
         let [x_kind, y_kind] = validate::axes(options.coordinates);
         let x = x_kind.check("vehicle_x", &x.to_string(), Some(x)).map_err(in_row)?;
         let y = y_kind.check("vehicle_y", &y.to_string(), Some(y)).map_err(in_row)?;
@@ -131,6 +136,10 @@ fn columns(names: &Names, optional: &[usize]) -> Columns<FcdRow> {
 fn fault(error: &RecordError) -> Fault {
     let message = match error {
         RecordError::Read { reason, .. } => format!("cannot be read: {reason}"),
+        RecordError::Foreign { what, .. } if what.starts_with(COMPRESSION) => format!(
+            "{what}; must be Snappy, or none; write it again, for example in polars with compression=\"snappy\", in SUMO with \
+             --output.compression snappy"
+        ),
         RecordError::Damaged { what, .. } | RecordError::Foreign { what, .. } => {
             format!("{what}; must be SUMO FCD as Parquet, with timestep_time, vehicle_id, vehicle_x and vehicle_y")
         }

@@ -4,10 +4,8 @@ use standoff::research::math;
 use standoff_io::geodesy::Unit;
 use std::ops::RangeInclusive;
 
-use super::validate::{axes, seconds};
+use super::validate::seconds;
 use super::vehicle::Sample;
-
-use super::Coordinates;
 
 /// Plausible speeds of moving vehicles, m/s. A degree of latitude is 111 km, so a drive in degrees is no motion in
 /// metres, and a drive in metres would leave the Earth in degrees.
@@ -25,11 +23,10 @@ const CLEAR: f64 = 10.0;
 /// Returns the unit of x and y that the motion of the vehicles shows; `None` if they hardly move or the result is not
 /// clear.
 pub(super) fn shows<'a>(vehicles: impl Iterator<Item = &'a Vec<Sample>>) -> Option<Unit> {
-    let [longitude, latitude] = axes(Coordinates::Degrees);
     let (mut in_metres, mut in_degrees, mut far_m, mut may_be_degrees) = (0.0, 0.0, 0.0, true);
     for samples in vehicles {
         for sample in samples {
-            may_be_degrees &= longitude.contains(sample.x) && latitude.contains(sample.y);
+            may_be_degrees &= sample.x.abs() <= 180.0 && sample.y.abs() <= 90.0;
             far_m = degrees_apart_m(&samples[0], sample).max(far_m);
         }
         for pair in samples.windows(2) {
@@ -63,7 +60,7 @@ fn degrees_apart_m(one: &Sample, other: &Sample) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Options, Traffic, TrafficError, read_from};
+    use super::super::{Coordinates, Options, Traffic, TrafficError, read_from};
     use super::*;
 
     /// Paths of vehicles with a sample every second.
@@ -165,9 +162,9 @@ mod tests {
 
     #[test]
     fn known_degrees_are_checked_at_their_position() {
-        let error = mover("", [200.0, 201.0], Coordinates::Degrees).unwrap_err();
+        let error = mover("", [400.0, 401.0], Coordinates::Degrees).unwrap_err();
         assert!(
-            error.to_string().contains("f.xml:1:48: vehicle \"a\": x = \"200\" is out of range; -180 to 180"),
+            error.to_string().contains("f.xml:1:48: vehicle \"a\": x = \"400\" is out of range; -180 to 360"),
             "{error}"
         );
     }

@@ -35,11 +35,18 @@ const METRES: Quantity = Quantity { low: -1e8, high: 1e8, unit: "m", advice: "re
 /// East or north, if the unit of the file's coordinates is unknown.
 const METRES_OR_DEGREES: Quantity = Quantity { unit: "m, or degrees", ..METRES };
 /// Degrees north.
-const LATITUDE: Quantity =
-    Quantity { low: -90.0, high: 90.0, unit: "degrees north", advice: "if the file is in metres, choose metres" };
-/// Degrees east.
-const LONGITUDE: Quantity =
-    Quantity { low: -180.0, high: 180.0, unit: "degrees east", advice: "if the file is in metres, choose metres" };
+const LATITUDE: Quantity = Quantity { low: -90.0, high: 90.0, unit: "degrees north", advice: NO_DEGREES };
+/// Degrees east; beyond 180 as in files with longitudes of 0 to 360.
+const LONGITUDE: Quantity = Quantity { low: -180.0, high: 360.0, unit: "degrees east", advice: NO_DEGREES };
+const NO_DEGREES: &str = "correct the sample or remove it; if all coordinates are metres, set traffic.coordinates = \
+                          \"metres\", and call the columns of a table x_m and y_m";
+/// Both coordinates of SUMO if an object has no position, m.
+const SUMO_UNKNOWN_M: f64 = -1_073_741_824.0;
+/// Longitude and latitude in GPX.
+pub(super) const GPX_AXES: [Quantity; 2] = [
+    Quantity { advice: "correct the point or remove it", ..LONGITUDE },
+    Quantity { advice: "correct the point or remove it", ..LATITUDE },
+];
 /// Forward speed.
 pub(super) const SPEED: Quantity =
     Quantity { low: 0.0, high: MAX_SPEED_M_S, unit: "m/s", advice: "leave out speed to compute it from the positions" };
@@ -60,6 +67,26 @@ pub(super) fn axes(coordinates: Coordinates) -> [Quantity; 2] {
     }
 }
 
+/// Parses a coordinate without a check; NaN if it is blank.
+pub(super) fn raw(text: &str) -> Option<f64> {
+    let text = text.trim();
+    if text.is_empty() { Some(f64::NAN) } else { text.parse().ok() }
+}
+
+/// Returns whether these coordinates (x and y, or longitude and latitude) stand for an unknown position. Receivers write 0,
+/// values out of range, or the largest number; those out of range are the same for both coordinates, except in AIS.
+pub(super) fn is_unknown(coordinates: Coordinates, [x, y]: [f64; 2]) -> bool {
+    let is_none = !x.is_finite() && !y.is_finite() || [x, y] == [SUMO_UNKNOWN_M; 2];
+    let [longitude, latitude] = [x.abs(), y.abs()];
+    let is_unknown_degrees = || {
+        [longitude, latitude] == [0.0; 2]
+            || [longitude, latitude] == [181.0, 91.0]
+            || [longitude, latitude] == [180.0, 90.0]
+            || latitude > 90.0 && longitude == latitude
+    };
+    is_none || coordinates == Coordinates::Degrees && is_unknown_degrees()
+}
+
 impl Quantity {
     pub(super) const fn new(low: f64, high: f64, unit: &'static str, advice: &'static str) -> Self {
         Self { low, high, unit, advice }
@@ -77,13 +104,13 @@ impl Quantity {
 
     /// Checks `value`, which was parsed from `text`, the value of `key`; `None` if that is not a number.
     pub(super) fn check(&self, key: &str, text: &str, value: Option<f64>) -> Result<f64, String> {
+        let Self { low, high, unit, advice } = self;
         let wrong = match value {
             Some(value) if self.contains(value) => return Ok(value),
             Some(value) if value.is_finite() => "is out of range",
             Some(_) => "is not finite",
             None => "is not a number",
         };
-        let Self { low, high, unit, advice } = self;
         Err(format!("{key} = {} {wrong}; {low} to {high} {unit}; {advice}", quoted(text)))
     }
 }
@@ -146,13 +173,28 @@ mod tests {
         for (quantity, inside, outside) in [
             (&METRES_OR_DEGREES, "-1e8", "-1.1e8"),
             (&LATITUDE, "-90", "90.1"),
-            (&LONGITUDE, "180", "-180.1"),
+            (&LONGITUDE, "360", "-180.1"),
             (&SPEED, "0", "-0.1"),
             (&ANGLE, "-360", "361"),
         ] {
             assert!(quantity.parse("key", inside).is_ok());
             assert!(quantity.parse("key", outside).is_err());
         }
+    }
+
+    #[test]
+    fn positions_that_receivers_mark_as_unknown_are_recognised() {
+        let in_degrees = |at| is_unknown(Coordinates::Degrees, at);
+        let largest = 2_147_483_647.0;
+        for value in [0.0, largest, 1e-7 * largest, 999.0, -9999.0, 1e20, f64::NAN, f64::INFINITY, 180.0] {
+            assert!(in_degrees([value, value]), "{value}");
+        }
+        assert!(in_degrees([181.0, 91.0]) && in_degrees([-180.0, 90.0]) && in_degrees([f64::NAN, f64::INFINITY]));
+        for at in [[0.0, 1.0], [11.3, 44.5], [89.0, 89.0], [181.0, 44.5], [f64::NAN, 44.5], [11.3, 91.0]] {
+            assert!(!in_degrees(at), "{at:?}");
+        }
+        let in_metres = |at| is_unknown(Coordinates::Metres, at);
+        assert!(in_metres([SUMO_UNKNOWN_M; 2]) && !in_metres([0.0; 2]) && !in_metres([999.0; 2]));
     }
 
     #[test]

@@ -121,6 +121,11 @@ impl Vehicle {
         self.samples.last().map_or(0, |sample| sample.time_us)
     }
 
+    /// Times of the samples, microseconds.
+    pub(super) fn times_us(&self) -> impl Iterator<Item = i64> {
+        self.samples.iter().map(|sample| sample.time_us)
+    }
+
     /// Positions of the samples, east and north, m.
     pub fn places(&self) -> impl Iterator<Item = [f64; 2]> {
         self.samples.iter().map(|sample| [sample.x, sample.y])

@@ -8,7 +8,7 @@ use standoff_io::bounded_input::size;
 use standoff_io::display_text::{printable, quoted};
 use standoff_io::geodesy::Origin;
 use standoff_io::text_source::xml::{Elements, attributes, walk};
-use standoff_io::text_source::{Fault, Position, Text, input_fault};
+use standoff_io::text_source::{Fault, NOT_UNICODE, NOT_UTF_8, Position, Text, input_fault};
 use standoff_score::{BUILDING_HEIGHT_MAX_M, BUILDING_VERTICES_MAX, BUILDINGS_MAX};
 
 use super::super::earth::Earth;
@@ -144,10 +144,12 @@ fn geojson(text: Text<'_>, plane: Option<&Earth>) -> Result<ShapesOfFile, Fault>
     }
     let json: Value = serde_json::from_slice(&bytes).map_err(|error| {
         let position = Position { line: error.line() as u64, column: error.column() as u64 };
-        Fault::at(
-            position,
-            format!("not JSON: {}; cut off or damaged? create the file again", printable(&error.to_string())),
-        )
+        let reason = error.to_string();
+        let message = match reason.starts_with(NOT_UNICODE) {
+            true => NOT_UTF_8.to_owned(),
+            false => format!("not JSON: {}; cut off or damaged? create the file again", printable(&reason)),
+        };
+        Fault::at(position, message)
     })?;
     let mut shapes = ShapesOfFile::default();
     collect(&json, None, plane, &mut shapes).map_err(Fault::whole)?;

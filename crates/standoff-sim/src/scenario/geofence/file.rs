@@ -4,35 +4,69 @@ use std::collections::BTreeSet;
 
 use serde_json::Value;
 use standoff_io::display_text::quoted;
+use standoff_io::text_source;
 
 use super::super::earth::Earth;
 use super::super::polygons::{GeoJson, can_be_degrees, check_metres, has_altitudes, rings, states_degrees};
 use super::super::schema_types::ZoneKind;
+use super::kml::{self, ZONES, described};
 use super::shapes::{BandM, Contents, Found, INSTEAD, Shape};
-use super::{NAMED, kml};
+use super::{NAMED, TRULY_SMALL};
+use crate::traffic::Coordinates;
 
-/// Reads zones. `earth` places degrees, or states why it cannot. Plans and KML are in degrees. GeoJSON is in degrees if
-/// the traffic is, if it states so, or if all its coordinates can be; otherwise it is in metres.
-pub(super) fn read(bytes: &[u8], is_metric: bool, earth: &Result<Earth, String>) -> Result<Contents, String> {
+/// Reads zones. `earth` places degrees, or states why it cannot. Plans and KML are in degrees. GeoJSON has the given
+/// `coordinates`. If none are given, it is in degrees if the traffic is, if it states so, or if all its coordinates can
+/// be; otherwise it is in metres.
+pub(super) fn read(
+    bytes: &[u8],
+    coordinates: Coordinates,
+    is_metric: bool,
+    earth: &Result<Earth, String>,
+) -> Result<Contents, String> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let only_degrees = |what: &str| match coordinates {
+        Coordinates::Metres => {
+            Err(format!("{what} in degrees, but `coordinates` of the zone is \"metres\"; remove it"))
+        }
+        Coordinates::Auto | Coordinates::Degrees => Ok(()),
+    };
     let in_degrees = |what: &str| {
         earth.as_ref().map_err(|reason| format!("{what} in degrees, but the traffic is in metres and {reason}"))
     };
     let contents = match bytes.trim_ascii_start() {
-        [b'<', ..] => kml::read(bytes, in_degrees("KML is")?)?,
+        [b'<', ..] => {
+            only_degrees("KML is")?;
+            kml::read(bytes, in_degrees("KML is")?)?
+        }
         [b'P', b'K', ..] => return Err("is compressed with zip (KMZ); decompress it first, with unzip".to_owned()),
+        [b'Q', b'G', b'C', b' ', ..] => {
+            let way = "open it with QGroundControl, draw the fence and save it as .plan";
+            return Err(format!("is a list of waypoints; must be {}; {way}", ZONES.formats));
+        }
         _ => {
+            text_source::check_is_text(bytes, &ZONES).map_err(described)?;
             let json: Value = serde_json::from_slice(bytes)
                 .map_err(|error| format!("is not GeoJSON, a plan of QGroundControl or KML: {error}"))?;
             match json.get("geoFence") {
-                Some(fence) => plan(fence, in_degrees("a plan of QGroundControl is")?)?,
-                None if json.get("fileType").is_some() => {
-                    return Err("has no geoFence; must be a plan of QGroundControl with zones".to_owned());
+                Some(fence) => {
+                    check_version(fence)?;
+                    only_degrees("a plan of QGroundControl is")?;
+                    plan(fence, in_degrees("a plan of QGroundControl is")?)?
+                }
+                None if json.get("fileType").is_some() || json.get("groundStation").is_some() => {
+                    let way = "open it with a newer QGroundControl, draw the fence and save it as .plan";
+                    return Err(format!("has no geoFence; must be a plan of QGroundControl with zones; {way}"));
                 }
                 None => {
-                    let is_in_degrees = !is_metric || states_degrees(&json)? || can_be_degrees(&json);
+                    let is_in_degrees = match coordinates {
+                        Coordinates::Auto => !is_metric || states_degrees(&json)? || can_be_degrees(&json),
+                        given => given == Coordinates::Degrees,
+                    };
                     let what = "its coordinates are, or can be,";
-                    geojson(&json, if is_in_degrees { Some(in_degrees(what)?) } else { None })?
+                    let advice = "; if they are metres, set `coordinates` = \"metres\"";
+                    let earth =
+                        is_in_degrees.then(|| in_degrees(what).map_err(|message| message + advice)).transpose()?;
+                    geojson(&json, earth, coordinates)?
                 }
             }
         }
@@ -41,6 +75,16 @@ pub(super) fn read(bytes: &[u8], is_metric: bool, earth: &Result<Earth, String>)
         return Err("has no polygon; must contain a polygon (in a plan, or a circle)".to_owned());
     }
     Ok(contents)
+}
+
+/// Rejects the fence of a plan of an old ground station.
+fn check_version(fence: &Value) -> Result<(), String> {
+    if fence.get("polygon").is_some() || fence.get("circle").is_some() {
+        return Err("geoFence has version 1, of old ground stations; must have version 2; open the plan with a newer \
+             QGroundControl, check the fence and save it"
+            .to_owned());
+    }
+    Ok(())
 }
 
 /// Reads the polygons and circles of a plan's fence: those with `inclusion` are keep-in zones.
@@ -85,16 +129,16 @@ fn plan(fence: &Value, earth: &Earth) -> Result<Contents, String> {
 }
 
 /// Reads the polygons of GeoJSON. Without `earth`, it must be in metres.
-fn geojson(json: &Value, earth: Option<&Earth>) -> Result<Contents, String> {
+fn geojson(json: &Value, earth: Option<&Earth>, coordinates: Coordinates) -> Result<Contents, String> {
     let (mut zones, mut ignored) = (Vec::new(), BTreeSet::new());
     collect(json, Properties { name: "", band_m: [None; 2] }, earth, &mut zones, &mut ignored)?;
-    if earth.is_none() {
+    if earth.is_none() && coordinates == Coordinates::Auto {
         let polygons = zones.iter().flat_map(|zone| match &zone.shape {
             Shape::Polygons(polygons) => polygons.as_slice(),
             Shape::Circle { .. } => &[],
         });
         for (index, rings_m) in polygons.enumerate() {
-            check_metres(rings_m).map_err(|message| format!("polygon {index} {message}"))?;
+            check_metres(rings_m).map_err(|message| format!("polygon {index} {message}; {TRULY_SMALL}"))?;
         }
     }
     let mut notes = Vec::new();

@@ -49,7 +49,9 @@ const PARTS: [&str; 37] = [
 fn try_one(bytes: &[u8], origin: Option<Origin>, kind: ZoneKind) -> bool {
     let earth = origin.ok_or("unknown".to_owned()).map(|origin| Earth::Plane(origin.plane().unwrap()));
     let table = schema_types::Zone { kind, ..schema_types::Zone::default() };
-    let found = match file::read(bytes, origin.is_none(), &earth).and_then(|contents| zones(&table, contents.zones)) {
+    let found = match file::read(bytes, Coordinates::Auto, origin.is_none(), &earth)
+        .and_then(|contents| zones(&table, contents.zones))
+    {
         Ok(found) => found,
         Err(message) => return refused(&message),
     };

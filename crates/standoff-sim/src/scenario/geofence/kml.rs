@@ -16,16 +16,21 @@ use super::super::polygons::Rings;
 use super::shapes::{Contents, Found, INSTEAD, Shape, named};
 
 /// Expected contents, for messages.
-static ZONES: Expectation = Expectation { description: "zones", formats: "KML with polygons" };
+pub(super) static ZONES: Expectation =
+    Expectation { description: "zones", formats: "GeoJSON, a plan of QGroundControl or KML", is_map: true };
 
 /// Maximum length of a name, bytes.
 const NAME_MAX: usize = 1_000;
 
-pub(super) fn read(bytes: &[u8], earth: &Earth) -> Result<Contents, String> {
-    let described = |fault: Fault| match fault.position {
+/// Formats the error of a file whose name precedes it.
+pub(super) fn described(fault: Fault) -> String {
+    match fault.position {
         Some(position) => format!("{position}: {fault}"),
         None => fault.to_string(),
-    };
+    }
+}
+
+pub(super) fn read(bytes: &[u8], earth: &Earth) -> Result<Contents, String> {
     let text = text_source::text(bytes, &ZONES).map_err(described)?;
     let mut file = Kml::new(earth);
     walk(text, &mut file).map_err(described)?;

@@ -3,7 +3,7 @@
 use chrono::{DateTime, FixedOffset, NaiveDateTime};
 use standoff_io::display_text::quoted;
 
-use super::super::model::Epoch;
+use super::super::times::TimeForm;
 use super::super::validate::{LOGGED_MILLISECONDS, LOGGED_SECONDS, Quantity};
 
 /// Number format of a table. If no commas separate its fields, the first number with a decimal sign determines that
@@ -19,10 +19,16 @@ impl Numbers {
         Self { may_be_comma: separator != b',', decimal_sign: None }
     }
 
-    /// Parses `text`, the value of `key`.
+    /// Parses `text`, the value of `key`, and checks it.
     pub(super) fn parse(&mut self, key: &str, text: &str, quantity: &Quantity) -> Result<f64, String> {
+        let value = self.value(key, text)?;
+        quantity.check(key, text, value)
+    }
+
+    /// Parses `text`, the value of `key`; `None` if it is not a number.
+    pub(super) fn value(&mut self, key: &str, text: &str) -> Result<Option<f64>, String> {
         if !self.may_be_comma {
-            return quantity.parse(key, text);
+            return Ok(text.trim().parse().ok());
         }
         let value = text.trim().replace(',', ".").parse().ok();
         // Only valid numbers determine the decimal sign.
@@ -33,45 +39,36 @@ impl Numbers {
             let text = quoted(text);
             return Err(format!("{key} = {text} has a decimal {this}, others before it a {others}; write all alike"));
         }
-        quantity.check(key, text, value)
+        Ok(value)
     }
 }
 
 /// Time format of a file; the first time determines it.
 #[derive(Default)]
 pub(in super::super) struct Clock {
-    in_milliseconds: bool,
-    form: Option<Form>,
-}
-
-/// Form of a time.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Form {
-    Number,
-    WithOffset,
-    WithoutOffset,
-}
-
-impl Form {
-    fn name(self) -> &'static str {
-        match self {
-            Self::Number => "number",
-            Self::WithOffset => "date-time with an offset",
-            Self::WithoutOffset => "date-time without an offset",
-        }
-    }
+    /// Form of times that are numbers.
+    of_numbers: TimeForm,
+    form: Option<TimeForm>,
 }
 
 impl Clock {
     /// Creates the clock of the column `key`.
     pub(super) fn new(key: &str) -> Self {
-        Self { in_milliseconds: key.to_ascii_lowercase().ends_with("_ms"), form: None }
+        let in_milliseconds = key.to_ascii_lowercase().ends_with("_ms");
+        Self { of_numbers: if in_milliseconds { TimeForm::Milliseconds } else { TimeForm::Seconds }, form: None }
+    }
+
+    /// Returns how the file writes its times, after the first of them.
+    pub(in super::super) fn form(&self) -> TimeForm {
+        self.form.unwrap_or(self.of_numbers)
     }
 
     /// Parses `text`, the value of `key`, as a time; returns microseconds.
     pub(super) fn time_us(&mut self, key: &str, text: &str, numbers: &mut Numbers) -> Result<i64, String> {
-        let (quantity, unit_us) =
-            if self.in_milliseconds { (&LOGGED_MILLISECONDS, 1e3) } else { (&LOGGED_SECONDS, 1e6) };
+        let (quantity, unit_us) = match self.of_numbers {
+            TimeForm::Milliseconds => (&LOGGED_MILLISECONDS, 1e3),
+            _ => (&LOGGED_SECONDS, 1e6),
+        };
         let (form, time_us) = match date_time(text) {
             Some((form, time_us)) if (-9e15..=9e15).contains(&(time_us as f64)) => (form, time_us),
             Some(_) => {
@@ -80,7 +77,7 @@ impl Clock {
                     quoted(text)
                 ));
             }
-            None => (Form::Number, (numbers.parse(key, text, quantity)? * unit_us).round() as i64),
+            None => (self.of_numbers, (numbers.parse(key, text, quantity)? * unit_us).round() as i64),
         };
         self.check_form(key, text, form)?;
         Ok(time_us)
@@ -98,7 +95,7 @@ impl Clock {
     }
 
     /// Rejects a form that the times before it do not have.
-    fn check_form(&mut self, key: &str, text: &str, form: Form) -> Result<(), String> {
+    fn check_form(&mut self, key: &str, text: &str, form: TimeForm) -> Result<(), String> {
         match self.form.replace(form) {
             Some(before) if before != form => {
                 let (text, form, before) = (quoted(text), form.name(), before.name());
@@ -107,20 +104,11 @@ impl Clock {
             _ => Ok(()),
         }
     }
-
-    /// Returns what the times count from; the first of them is `begin_us`.
-    pub(in super::super) fn epoch(&self, begin_us: i64) -> Epoch {
-        match self.form {
-            Some(Form::WithOffset) => Epoch::Utc,
-            Some(Form::WithoutOffset) => Epoch::Local,
-            Some(Form::Number) | None => Epoch::of_numbers(begin_us),
-        }
-    }
 }
 
 /// Parses a date and time in ISO 8601, with a T or a blank in between; returns the form and the microseconds since
 /// 1970.
-fn date_time(text: &str) -> Option<(Form, i64)> {
+fn date_time(text: &str) -> Option<(TimeForm, i64)> {
     // Most files have numbers, which this skips quickly.
     if !text.contains(':') {
         return None;
@@ -138,8 +126,8 @@ fn date_time(text: &str) -> Option<(Form, i64)> {
             .find_map(|format| DateTime::parse_from_str(&text, format).ok())
     };
     match text.parse::<DateTime<FixedOffset>>().ok().or_else(zoned) {
-        Some(time) => Some((Form::WithOffset, time.timestamp_micros())),
-        None => Some((Form::WithoutOffset, local()?.and_utc().timestamp_micros())),
+        Some(time) => Some((TimeForm::DateTime, time.timestamp_micros())),
+        None => Some((TimeForm::LocalDateTime, local()?.and_utc().timestamp_micros())),
     }
 }
 

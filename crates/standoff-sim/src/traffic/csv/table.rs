@@ -4,7 +4,7 @@ use std::io::{self, BufRead, Cursor, Read};
 
 use csv::{ByteRecord, ReaderBuilder};
 use standoff_io::text_source::limits::MAX_PIECE;
-use standoff_io::text_source::{Fault, Lines, Position, input_fault};
+use standoff_io::text_source::{Fault, Lines, NOT_UTF_8, Position, input_fault};
 
 use super::quotes::{self, Wrong};
 
@@ -70,7 +70,7 @@ impl<R: Read> Table<R> {
     /// Returns the text of field `index` of this row.
     pub(super) fn text(&self, index: usize) -> Result<&str, Fault> {
         std::str::from_utf8(self.row.get(index).unwrap_or_default())
-            .map_err(|_| self.fault(index, "not text; must be UTF-8; save the file as UTF-8".to_string()))
+            .map_err(|_| self.fault(index, NOT_UTF_8.to_string()))
     }
 
     /// Creates an error in field `index` of this row.
