@@ -103,7 +103,8 @@ fn notes(companion: &Companion) -> String {
     let clock = companion.clock_step().map(|step| format!("the clock of this computer was set by {:+.1} s", step.s()));
     let uplink = companion.uplink_failure().map(str::to_owned);
     let limited = companion.agent().is_retransmission_limited().then(|| {
-        "retransmissions to teammates wait: the bandwidth or their budget is spent, so that commits can be late".to_owned()
+        "retransmissions to teammates wait: the bandwidth or their budget is spent, so that commits can be late"
+            .to_owned()
     });
     [late, navigation, clock, uplink, limited].into_iter().flatten().map(|note| format!("; {note}")).collect()
 }

@@ -7,7 +7,7 @@ mod union;
 
 use std::path::Path;
 
-use shapes::{BandM, Found, Shape};
+use shapes::{BandM, Found, NAMED, Shape, TRULY_SMALL};
 use standoff::research::ZONES_MAX;
 use standoff::{Geofence, Position, TeamParams, UavId, UavState, Vertical, Zone};
 use standoff_io::bounded_input;
@@ -29,14 +29,8 @@ use crate::wind::height_m;
 /// Maximum size of a file of zones, bytes: the maximum number of vertices takes a hundredth of it.
 const LENGTH_MAX: u64 = 4 << 20;
 
-/// Advice for a zone smaller than 1 m.
-const TRULY_SMALL: &str = "if it is that small, set its `coordinates`";
-
 /// Maximum length of the name of a zone, characters.
 const CALLED_MAX: usize = 100;
-
-/// Maximum number of zones that a message names.
-const NAMED: usize = 5;
 
 /// Number of vertices of the polygon that replaces a circle. It deviates from the circle by 0.5 % of the radius.
 const CIRCLE_VERTICES: u32 = 32;

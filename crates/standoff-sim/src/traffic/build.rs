@@ -11,8 +11,8 @@ use super::names;
 use super::notes;
 use super::times::TimeForm;
 use super::unit_detection;
-use super::validate::{self, seconds};
-use super::vehicle::{Gaps, Sample, Vehicle};
+use super::validate;
+use super::vehicle::{Gaps, Sample, Vehicle, seconds};
 use super::{Coordinates, Options, Traffic};
 
 /// Minimum number of samples from which the sampling interval of a single vehicle is known.

@@ -12,7 +12,7 @@ use standoff_io::text_source::{Fault, Position};
 use super::build::Builder;
 use super::model::{COORDINATES_HELP, Coordinates, Options, Persons, Traffic};
 use super::validate::{self, ANGLE, Quantity, SPEED};
-use super::vehicle::Sample;
+use super::vehicle::{self, Sample};
 
 /// Part of SUMO's header comment for a file in degrees.
 const GEO_OPTION: &str = "fcd-output.geo value=\"true\"";
@@ -146,7 +146,7 @@ impl Fcd {
         let time = time.ok_or_else(|| missing(start, "timestep", "time"))?;
         let time_us = time.read(|text| validate::time_us("time", text))?;
         if let Some(last_us) = self.last_us.filter(|&last_us| last_us >= time_us) {
-            let (now, last) = (validate::seconds(time_us), validate::seconds(last_us));
+            let (now, last) = (vehicle::seconds(time_us), vehicle::seconds(last_us));
             let advice = match now < last {
                 true => "sort or split the file",
                 false => "if the times are rounded, have SUMO write more digits, with --precision",

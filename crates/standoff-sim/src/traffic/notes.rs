@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use standoff_io::display_text::{count, quoted};
 
 use super::times::TimeForm;
-use super::validate::seconds;
+use super::vehicle::seconds;
 use super::vehicle::{Gaps, Sample};
 
 /// Speed above which a position is probably wrong, m/s: no car is faster.

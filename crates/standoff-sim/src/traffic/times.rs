@@ -3,8 +3,7 @@
 use chrono::DateTime;
 use standoff_io::display_text::{count, quoted};
 
-use super::validate::seconds;
-use super::vehicle::Sample;
+use super::vehicle::{Sample, seconds};
 
 const HOUR_US: i64 = 3_600_000_000;
 pub(crate) const DAY_US: i64 = 24 * HOUR_US;

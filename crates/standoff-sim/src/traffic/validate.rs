@@ -126,11 +126,6 @@ pub(super) fn time_us(key: &str, text: &str) -> Result<i64, String> {
     Ok((TIME.parse(key, text)? * 1e6).round() as i64)
 }
 
-/// Converts microseconds to seconds, for messages.
-pub(super) fn seconds(time_us: i64) -> f64 {
-    time_us as f64 / 1e6
-}
-
 /// Checks the name of a vehicle, the value of `key`.
 pub(super) fn check_name(key: &str, name: &str) -> Result<(), String> {
     let length = name.chars().count();

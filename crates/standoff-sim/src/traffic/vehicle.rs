@@ -2,7 +2,10 @@
 
 use standoff::research::math;
 
-use super::validate::seconds;
+/// Converts microseconds to seconds, for messages.
+pub(super) fn seconds(time_us: i64) -> f64 {
+    time_us as f64 / 1e6
+}
 
 /// Maximum distance that a parked vehicle seems to move while it is not sampled, m: the error of GPS.
 const PARKED_M: f64 = 10.0;

@@ -10,8 +10,7 @@ use super::super::earth::Earth;
 use super::super::polygons::{GeoJson, can_be_degrees, check_metres, has_altitudes, rings, states_degrees};
 use super::super::schema_types::ZoneKind;
 use super::kml::{self, ZONES, described};
-use super::shapes::{BandM, Contents, Found, INSTEAD, Shape};
-use super::{NAMED, TRULY_SMALL};
+use super::shapes::{BandM, Contents, Found, INSTEAD, NAMED, Shape, TRULY_SMALL};
 use crate::traffic::Coordinates;
 
 /// Reads zones. `earth` places degrees, or states why it cannot. Plans and KML are in degrees. GeoJSON has the given

@@ -9,6 +9,12 @@ use super::super::schema_types::ZoneKind;
 pub(super) const INSTEAD: &str =
     "a zone is a polygon; remove it, or give a circle in the scenario (lat_deg, lon_deg, radius_m)";
 
+/// Advice for a zone smaller than 1 m.
+pub(super) const TRULY_SMALL: &str = "if it is that small, set its `coordinates`";
+
+/// Maximum number of zones or properties that a message names.
+pub(super) const NAMED: usize = 5;
+
 /// A zone of a file, in the plane of the scenario.
 #[derive(Debug)]
 pub(super) struct Found {

@@ -164,7 +164,9 @@ fn events_list_the_agents_that_report_them() {
         let by = |event: &Value, agent: u32| event["by"].as_array().unwrap().contains(&agent.into());
         let first = frame.agents.all.first().map(|agent| agent.agent);
         for agent in frame.agents.all.iter().map(|agent| agent.agent) {
-            let listed = now.iter().filter(|event| by(event, agent)).map(|event| {
+            // The simulator adds the limits of the UAVs' transmitters.
+            let is_of_agent = |event: &&&Value| by(event, agent) && event["kind"] != "retransmission-limited";
+            let listed = now.iter().filter(is_of_agent).map(|event| {
                 let event_time_us = event.get("event_time_us").unwrap_or(&event["time_us"]).as_i64();
                 let is_provisional = event.get("provisional").is_some();
                 provisional += usize::from(is_provisional);
