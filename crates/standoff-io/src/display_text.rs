@@ -19,7 +19,7 @@ pub fn count(n: usize, what: &str) -> String {
 #[must_use]
 pub fn quoted(text: &str) -> String {
     let (text, more) = cut(text, 60);
-    format!("\"{}{more}\"", text.escape_debug())
+    format!("\"{}{more}\"", text.escape_debug().to_string().replace("\\'", "'"))
 }
 
 /// Escapes untrusted text within a message: on one line, at most 200 characters.
@@ -176,6 +176,7 @@ mod tests {
     #[test]
     fn text_from_files_is_shown_on_one_line() {
         assert_eq!(quoted("a\n\u{1b}[31m\"\u{202e}"), r#""a\n\u{1b}[31m\"\u{202e}""#);
+        assert_eq!(quoted(r"O'Neill \'"), r#""O'Neill \\'""#);
         assert_eq!(quoted(&"é".repeat(61)), format!("\"{}...\"", "é".repeat(60)));
         assert_eq!(printable("it's \"é\"\r\u{9b}2J\0\u{7f}"), "it's \"é\"\\r\\u{9b}2J\\0\\u{7f}");
         assert_eq!(printable(&"x".repeat(9999)), "x".repeat(200) + "...");

@@ -66,6 +66,10 @@ pub fn text<'a>(reader: impl Read + 'a, expected: &'static Expectation) -> Resul
     if is_packed && head.starts_with(GZIP) {
         return Err(Fault::whole("is compressed with gzip twice; decompress it once, with gunzip".to_owned()));
     }
+    if is_packed {
+        check_kind(&head, expected)
+            .map_err(|fault| Fault::whole(format!("once decompressed, it {}", fault.message)))?;
+    }
     check_encoding(&head)?;
     if head.starts_with(UTF_8_MARK) {
         text.get_mut().0.set_position(UTF_8_MARK.len() as u64);

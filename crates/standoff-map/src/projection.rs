@@ -76,8 +76,10 @@ pub(crate) fn all(files: Vec<(String, Read)>, place: &Place) -> Result<Placed, M
             take(in_degrees, &*to);
         }
         if placed.shapes.len() == before {
-            let [west, south, east, north] = place.bounds.0;
-            let spans = spans.map_or_else(String::new, |Bounds([w, s, e, n])| {
+            // Zero has no sign in the message.
+            let shown = |Bounds(sides): Bounds| sides.map(|side| side.round() + 0.0);
+            let [west, south, east, north] = shown(place.bounds);
+            let spans = spans.map(shown).map_or_else(String::new, |[w, s, e, n]| {
                 format!("; it spans x = {w:.0} to {e:.0} m, y = {s:.0} to {n:.0} m")
             });
             let message = format!(

@@ -115,6 +115,8 @@ impl File {
             "fcd-export" => "this is traffic: use it with --traffic, and give --map the net that it was made on",
             "routes" | "trips" => "these are trips: give --map the net that they are for",
             "osm" => "this is OpenStreetMap XML: convert it to a net with netconvert --osm-files, or to GeoJSON",
+            "kml" => "this is KML: convert it to GeoJSON, with ogr2ogr -f GeoJSON NEW.geojson FILE",
+            "gpx" => "these are tracks: use them with --traffic",
             _ => "make a net with SUMO's netconvert",
         };
         let message = format!("element = {}; the root element must be net or additional; {help}", quoted(name));

@@ -244,6 +244,8 @@ fn frames_that_cannot_be_placed_are_refused_with_advice() {
     }
     let far = Place { bounds: Bounds([1e5, 0.0, 1e5, 9.0]), ..METRES };
     let error_text = refused(&[NET], &far);
+    let zero = refused(&[NET], &Place { bounds: Bounds([1e5, -0.4, 1e5, 0.0]), ..METRES });
+    assert!(zero.contains("y = 0 to 0 m; it spans"), "{zero}");
     assert!(
         error_text.contains("no part of it is within 5 km of the run, which is at x = 100000 to 100000 m"),
         "{error_text}"
@@ -259,6 +261,10 @@ fn invalid_maps_are_refused_with_the_position() {
         (
             "<fcd-export/>",
             "0.map:1:1: element = \"fcd-export\"; the root element must be net or additional; this is traffic",
+        ),
+        (
+            "<kml/>",
+            "0.map:1:1: element = \"kml\"; the root element must be net or additional; this is KML: convert it to",
         ),
         ("<net>\n</net>", "0.map: contains neither edges nor polygons"),
         ("<net>\n<edge id=\"a\">\n <lane id=\"l\"/></edge></net>", "0.map:3:2: lane: shape is missing"),

@@ -7,7 +7,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use parquet::errors::{ParquetError, Result as ParquetResult};
 
 /// Begin of the message for a compression that is not supported.
-pub const COMPRESSION: &str = "its compression needs ";
+pub const COMPRESSION: &str = "its compression is ";
 
 /// Error while reading a file.
 #[derive(Debug, thiserror::Error)]
@@ -42,6 +42,8 @@ impl From<ParquetError> for Error {
             },
             ParquetError::NYI(what) => Self::Foreign(what),
             ParquetError::General(what) => match what.strip_prefix("Disabled feature at compile time: ") {
+                // The library names gzip after the crate that unpacks it.
+                Some("flate2") => Self::Foreign(format!("{COMPRESSION}gzip")),
                 Some(codec) => Self::Foreign(format!("{COMPRESSION}{codec}")),
                 None => Self::Damaged(what),
             },

@@ -137,6 +137,11 @@ mod tests {
                 assert!(fault.starts_with(&format!("is {name}")) && fault.contains(way), "{fault}");
             }
         }
+        let packed = read(&gzip(b"SQLite format 3\0")).unwrap_err().message;
+        assert!(
+            packed.starts_with("once decompressed, it is a GeoPackage or another SQLite database; must"),
+            "{packed}"
+        );
         assert!(check_kind(b"PAR1", &TRAFFIC).is_ok(), "Parquet can be traffic");
         assert!(check_kind(b"fgb,t,id", &TRAFFIC).is_ok());
         assert!(check_kind(&in_zip("a.csv"), &TRAFFIC).unwrap_err().message.starts_with("is compressed with zip"));

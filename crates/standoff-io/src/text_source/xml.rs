@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::io::Read;
 
+use quick_xml::errors::IllFormedError;
 use quick_xml::escape::{EscapeError, resolve_predefined_entity};
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::{Error, Reader, XmlVersion};
@@ -116,6 +117,9 @@ pub fn attributes<'a, const N: usize>(
 
 /// Creates the error of an entity that a file may declare, or that does not exist.
 fn unknown(start: Position, entity: &str) -> Fault {
+    if !entity.chars().all(|c| c.is_alphanumeric() || "#-._:".contains(c)) {
+        return ampersand(start);
+    }
     let entity = quoted(&format!("&{entity};"));
     let message = format!(
         "entity = {entity} is not read; only &amp; &lt; &gt; &apos; &quot; and numbers of characters are, such as &#233; \
@@ -124,10 +128,20 @@ fn unknown(start: Position, entity: &str) -> Fault {
     Fault::at(start, message)
 }
 
+/// Creates the error of an ampersand that begins no entity.
+fn ampersand(start: Position) -> Fault {
+    Fault::at(start, "not well-formed XML: & begins no entity; write &amp; for it".to_owned())
+}
+
 /// Creates the error of text that is not XML.
 fn not_xml(start: Position, error: &Error) -> Fault {
     if matches!(error, Error::Encoding(_)) {
         return Fault::at(start, NOT_UTF_8.to_owned());
+    }
+    if let Error::IllFormed(IllFormedError::UnclosedReference) | Error::Escape(EscapeError::UnterminatedEntity(_)) =
+        error
+    {
+        return ampersand(start);
     }
     Fault::at(
         start,

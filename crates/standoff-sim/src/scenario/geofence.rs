@@ -639,7 +639,7 @@ mod tests {
                 "is a Shapefile; must be GeoJSON, a plan of QGroundControl or KML; convert it to GeoJSON, with",
             ),
             (b"\x1f\x8b\x08\0\0", "is compressed with gzip; decompress it first"),
-            (b"PK\x03\x04", "is compressed with zip (KMZ); decompress it first, with unzip"),
+            (b"PK\x03\x04", "is compressed with zip, as KMZ is; decompress it first, with unzip"),
         ] {
             fs::write(folder.path().join("z"), bytes).unwrap();
             let error = of_toml("[[geofence]]\nfile = \"z\"\n", folder.path()).unwrap_err();

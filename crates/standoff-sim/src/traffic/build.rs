@@ -41,6 +41,8 @@ pub(super) struct Builder {
     repeated: BTreeMap<String, usize>,
     /// Position that may have a separator of thousands, and whether others are whole numbers.
     pub(super) thousands: Option<(String, bool)>,
+    /// True if persons or containers of SUMO were not read.
+    pub(super) ignores_persons: bool,
     /// Notes of the reader.
     notes: Vec<String>,
     /// How the file writes its times.
@@ -136,6 +138,21 @@ impl Builder {
         Ok(())
     }
 
+    /// Renames a vehicle.
+    pub(super) fn rename(&mut self, name: &str, to: &str) {
+        if let Some(samples) = self.vehicles.remove(name) {
+            self.vehicles.insert(to.to_owned(), samples);
+        }
+        if let Some(breaks_us) = self.breaks_us.remove(name) {
+            self.breaks_us.insert(to.to_owned(), breaks_us);
+        }
+        for counts in [&mut self.without_position, &mut self.repeated] {
+            if let Some(count) = counts.remove(name) {
+                counts.insert(to.to_owned(), count);
+            }
+        }
+    }
+
     /// Joins vehicles that are parts of the first one, unless they overlap in time; returns whether they do not.
     pub(super) fn join(&mut self, parts: &[String]) -> bool {
         let Some(first) = parts.first() else { return true };
@@ -195,6 +212,11 @@ impl Builder {
         let Some(first) = self.first.filter(|_| !self.vehicles.is_empty()) else {
             let without: usize = self.without_position.values().sum();
             return Err(match without {
+                0 if self.ignores_persons => {
+                    "contains no vehicles, only persons or containers of SUMO, which are ignored; \
+                                              traffic.persons = \"included\" reads them"
+                        .to_string()
+                }
                 0 => "contains no vehicles; must contain at least one; was the right file chosen?".to_string(),
                 _ => format!("contains no vehicles with a position: {} without one", count(without, "sample")),
             });
@@ -261,7 +283,7 @@ fn looks_the_same(key: &str, name: &str, other: &str) -> String {
     let [name, other, what] = if is_blank_only {
         [quoted(name), quoted(other), "in whitespace".to_owned()]
     } else {
-        let codes = |name: &str| format!("\"{}\"", printable(&name.escape_default().to_string()));
+        let codes = |name: &str| format!("\"{}\"", printable(&name.escape_default().to_string().replace("\\'", "'")));
         [codes(name), codes(other), "in its Unicode form or in invisible characters".to_owned()]
     };
     format!(

@@ -144,6 +144,7 @@ pub(super) fn read(lines: Lines<impl Read>, options: &Options) -> Result<Traffic
     columns.check_vehicles(&builder)?;
     let unit = columns.unit(&builder, options)?;
     builder.thousands = thousands.found();
+    builder.ignores_persons = !persons.is_empty();
     columns.notes(&persons).into_iter().for_each(|note| builder.note(note));
     builder.finish(unit, options).map_err(Fault::whole)
 }
@@ -501,8 +502,10 @@ mod tests {
         assert!(coarse.contains("50 samples at 5 different times, the first at time = 0 s;"), "{coarse}");
         assert!(coarse.ends_with("the times are rounded: write more digits"), "{coarse}");
         let two = of((0..50).map(|n| format!("{},car,{},{}\n", n / 2, 8 * n / 2, n % 2 * 60)).collect());
-        assert!(two.contains("two samples at time = 0 s are 60 m apart, and 25 samples at"), "{two}");
+        assert!(two.contains("two samples at time = 0 s are 60 m apart, with 24 more such pairs; if two"), "{two}");
         assert!(two.contains("if two vehicles have one name, give each its own"), "{two}");
+        let one = error("t,id,x,y\n0,car,0,0\n0,car,60,0\n1,car,8,0\n");
+        assert!(one.contains("two samples at time = 0 s are 60 m apart; if two vehicles"), "{one}");
     }
 
     #[test]
@@ -605,6 +608,10 @@ mod tests {
                     reads them";
         assert_eq!(names(plain, Persons::Ignored), ("car".to_owned(), vec![note.to_owned()]));
         assert_eq!(names(plain, Persons::Included), ("car p0".to_owned(), vec![]));
+        for header in [plain, &person] {
+            let only = error(&format!("{header}\n0;p0;1;2;DEFAULT_PEDTYPE;1;;e\n"));
+            assert!(only.ends_with("which are ignored; traffic.persons = \"included\" reads them"), "{only}");
+        }
         assert_eq!(names(&plain.replace("lane", "road").replace("type", "kind"), Persons::Ignored).0, "car p0");
     }
 
@@ -636,6 +643,7 @@ mod tests {
             [thousands.replace("1.000", "1,000")]
         );
         assert!(notes(';', &["980", "990", "1.000", "1.010"]).contains(&thousands.to_owned()));
+        assert_eq!(notes(';', &["1.000", "1.000"]), [thousands], "parked");
         assert_eq!(notes(';', &["1.000", "11.000", "21.000", "31.000", "41.000"]), [""; 0], "a drive in metres");
         let kilometres = "no vehicle is faster than 0.010 m/s, although one moves steadily; are the positions kilometres? then \
                           convert them to metres";

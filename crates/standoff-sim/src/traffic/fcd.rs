@@ -95,6 +95,7 @@ impl Elements for Fcd {
                 if depth == 1 {
                     self.step_us = None;
                 }
+                self.builder.ignores_persons |= self.step_us.is_some() && LEFT_OUT.contains(&name);
                 self.other(element, start, depth)?;
             }
         }
@@ -269,6 +270,17 @@ mod tests {
         );
         let traffic = traffic.unwrap();
         assert_eq!(traffic.vehicles.iter().map(|vehicle| vehicle.name()).collect::<Vec<_>>(), ["yes"]);
+    }
+
+    #[test]
+    fn a_file_with_persons_alone_is_refused_with_the_way_to_read_them() {
+        let only = "contains no vehicles, only persons or containers of SUMO, which are ignored; traffic.persons = \"included\" \
+                    reads them";
+        for name in LEFT_OUT {
+            let error = step(&format!("<{name} id=\"p\" x=\"0\" y=\"0\"/>")).unwrap_err();
+            assert_eq!(error.message, only);
+        }
+        assert!(step("").unwrap_err().message.ends_with("was the right file chosen?"));
     }
 
     #[test]

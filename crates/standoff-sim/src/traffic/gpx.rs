@@ -27,6 +27,8 @@ pub(super) struct Gpx {
     tracks: usize,
     /// Name of the current track.
     name: String,
+    /// Place of this name in the file.
+    name_at: Option<Position>,
     /// Name of the current track as a vehicle, from its first point on.
     vehicle: Option<String>,
     /// Vehicles of the tracks, by the names of these.
@@ -58,10 +60,12 @@ impl Elements for Gpx {
             (1, "trk") => {
                 self.tracks += 1;
                 self.name.clear();
+                self.name_at = None;
                 self.vehicle = None;
             }
             (2, "name") => {
                 self.name.clear();
+                self.name_at = Some(start.after(b"<").after(element.as_bytes()).after(b">"));
                 self.collects = Some(Collects::Name);
             }
             (2, "trkseg") => self.begins_segment = true,
@@ -101,7 +105,7 @@ impl Elements for Gpx {
         self.collects = None;
         let Some((at, start)) = self.point.take_if(|_| depth == 3) else { return Ok(()) };
         let fault = |message| Fault::at(start, message);
-        let vehicle = self.vehicle().map_err(fault)?;
+        let vehicle = self.vehicle().map_err(|message| Fault::at(self.name_at.unwrap_or(start), message))?;
         let (Some([lat, lon]), false) = (at, self.time.trim().is_empty()) else {
             self.builder.skip(&vehicle);
             return Ok(());
@@ -127,12 +131,34 @@ impl Gpx {
             name => name.to_owned(),
         };
         self.builder.check_name("name", &name)?;
-        let of_name = self.vehicles.entry(name.clone()).or_default();
-        let numbered = (of_name.len() + 1..).map(|n| if n == 1 { name.clone() } else { format!("{name} ({n})") });
-        let vehicle = numbered.into_iter().find(|vehicle| self.taken.insert(vehicle.clone())).unwrap_or(name);
-        of_name.push(vehicle.clone());
+        let is_new = !self.vehicles.contains_key(&name);
+        if is_new && self.taken.contains(&name) {
+            self.renumber(&name);
+        }
+        let vehicle = if is_new { name.clone() } else { self.numbered(&name) };
+        self.taken.insert(vehicle.clone());
+        self.vehicles.entry(name).or_default().push(vehicle.clone());
         self.vehicle = Some(vehicle.clone());
         Ok(vehicle)
+    }
+
+    /// Returns the name of another vehicle of the tracks named `name`.
+    fn numbered(&self, name: &str) -> String {
+        let mut names = (2..).map(|n| format!("{name} ({n})"));
+        names.find(|vehicle| !self.taken.contains(vehicle)).unwrap_or_default()
+    }
+
+    /// Gives another number to the vehicle whose numbered name is the name of another track.
+    fn renumber(&mut self, vehicle: &str) {
+        let is_numbered = |(_, vehicles): &(&String, &Vec<String>)| vehicles.iter().any(|other| other == vehicle);
+        let Some(name) = self.vehicles.iter().find(is_numbered).map(|(name, _)| name.clone()) else { return };
+        let renamed = self.numbered(&name);
+        self.builder.rename(vehicle, &renamed);
+        self.taken.insert(renamed.clone());
+        let of_name = self.vehicles.entry(name).or_default().iter_mut().find(|other| *other == vehicle);
+        if let Some(other) = of_name {
+            *other = renamed;
+        }
     }
 
     /// Returns the traffic. Tracks of one name that overlap in time are separate vehicles, others are one.
@@ -240,6 +266,17 @@ mod tests {
     }
 
     #[test]
+    fn an_ampersand_that_begins_no_entity_is_named() {
+        for (name, column) in [("A & B", 14), ("A&B", 13), ("A & B; C", 14), ("&", 12), ("A && B", 14)] {
+            let error = read(&format!("<trk><name>{name}</name></trk>")).unwrap_err();
+            let expected = "not well-formed XML: & begins no entity; write &amp; for it";
+            assert_eq!(error, format!("f.gpx:3:{column}: {expected}"));
+        }
+        let error = read("<trk><trkseg><trkpt lat=\"1\" lon=\"A & B\"/></trkseg></trk>").unwrap_err();
+        assert!(error.ends_with("& begins no entity; write &amp; for it"), "{error}");
+    }
+
+    #[test]
     fn tracks_of_one_name_are_one_vehicle_unless_they_overlap() {
         let track = |from: u32, to: u32| {
             let points: String = (from..to).map(|second| point(second, 44.0 + 1e-4 * f64::from(second))).collect();
@@ -257,6 +294,10 @@ mod tests {
         let two = read(&(track(0, 9) + &track(3, 12))).unwrap();
         assert_eq!(names(&two), ["Morning drive", "Morning drive (2)"]);
         assert!(two.notes[0].starts_with("tracks of one name overlap in time, so that each"), "{:?}", two.notes);
+        let numbered = track(2, 6).replace("drive", "drive (2)");
+        let three = read(&(track(0, 9) + &track(3, 12) + &numbered)).unwrap();
+        let shown: Vec<_> = three.vehicles.iter().map(|vehicle| (vehicle.name(), vehicle.samples())).collect();
+        assert_eq!(shown, [("Morning drive", 9), ("Morning drive (2)", 4), ("Morning drive (3)", 9)]);
     }
 
     #[test]
@@ -287,6 +328,9 @@ mod tests {
 
     #[test]
     fn wrong_values_are_shown_with_their_place() {
+        let named = |name: &str| format!("<trk><name>{name}</name><trkseg>{}</trkseg></trk>\n", point(0, 44.0));
+        let wrong = read(&(named("Caf\u{e9}") + &named("Cafe\u{301}"))).unwrap_err();
+        assert!(wrong.starts_with("f.gpx:5:12: name = "), "{wrong}");
         let wrong = read("<trk><trkseg><trkpt lat=\"91\" lon=\"9\"/></trkseg></trk>").unwrap_err();
         assert!(wrong.starts_with("f.gpx:3:21: lat = \"91\" is out of range; -90 to 90"), "{wrong}");
         let wrong =

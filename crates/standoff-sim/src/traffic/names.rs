@@ -11,12 +11,13 @@ pub(super) fn as_shown(name: &str) -> String {
     visible.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// Returns the part of a shown name that spellings of it share: without case, compatibility forms, kinds of dash,
-/// leading zeros and the `.0` of a whole number.
+/// Returns the part of a shown name that spellings of it share: without case, compatibility forms, kinds of dash and of
+/// decimal sign, leading zeros and the `.0` of a whole number.
 pub(super) fn folded(shown: &str) -> String {
     let lower = shown.nfkc().flat_map(char::to_lowercase).map(|c| match c {
         ' ' | '_' | '\u{2010}'..='\u{2015}' | '\u{2212}' => '-',
         '\u{2018}' | '\u{2019}' => '\'',
+        ',' => '.',
         c => c,
     });
     let mut folded = String::with_capacity(shown.len());
@@ -74,6 +75,8 @@ mod tests {
             ("Van", "van"),
             ("1", "1.0"),
             ("12.00", "012"),
+            ("1", "1,0"),
+            ("1.5", "1,5"),
             ("bus 07", "BUS_7"),
             ("bus-7", "bus\u{2013}7"),
             ("\u{ff11}", "1"),
@@ -84,8 +87,15 @@ mod tests {
             assert_eq!(folded(one), folded(other), "{one}");
         }
         // SUMO numbers the vehicles of a flow: 1.1 and 1.10 are two of them.
-        for (one, other) in [("1.1", "1.10"), ("1.0.1", "1.1"), ("a.0", "a"), ("1", "10"), ("1.05", "1.5"), ("a1", "a")]
-        {
+        for (one, other) in [
+            ("1.1", "1.10"),
+            ("1.0.1", "1.1"),
+            ("a.0", "a"),
+            ("1", "10"),
+            ("1.05", "1.5"),
+            ("1,05", "1,5"),
+            ("a1", "a"),
+        ] {
             assert_ne!(folded(one), folded(other), "{one}");
         }
     }

@@ -125,7 +125,7 @@ impl Motion {
         let is_slow = fastest_m_s > 0.0 && fastest_m_s < SLOW_M_S;
         let slowest = format!("no vehicle is faster than {fastest_m_s:.3} m/s, although one");
         match thousands {
-            Some((example, has_whole_numbers)) if is_slow || *has_whole_numbers => Some(format!(
+            Some((example, has_whole_numbers)) if fastest_m_s < SLOW_M_S || *has_whole_numbers => Some(format!(
                 "{example} is read as a decimal number, but may mean thousands, because every decimal sign has three \
                  digits after it; if so, write the positions without it"
             )),

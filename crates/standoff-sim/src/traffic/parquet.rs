@@ -97,7 +97,11 @@ pub(super) fn read(path: &Path, options: &Options) -> Result<Traffic, Fault> {
         index += 1;
         let FcdRow { time_s: Some(time_s), vehicle: Some(vehicle), x, y, kind, lane, edge } = row else { continue };
         let is_person = Persons::is_person(kind.as_deref(), lane.as_deref(), edge.as_deref());
-        if options.persons == Persons::Ignored && is_person || vehicle.is_empty() && x.is_none() && y.is_none() {
+        if vehicle.is_empty() && x.is_none() && y.is_none() {
+            continue;
+        }
+        if options.persons == Persons::Ignored && is_person {
+            builder.ignores_persons = true;
             continue;
         }
         let in_row = |message| Fault::whole(format!("row {index}: {message}"));
@@ -208,6 +212,9 @@ mod tests {
     fn damaged_and_other_tables_are_refused() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("fcd.parquet");
+        write(&path, &ELEMENTS[1], &[0], &[(0.0, "p0", 0.0, 0.0, "DEFAULT_PEDTYPE", "", "")]);
+        let only = read_traffic(&path, &Options::default()).unwrap_err().message;
+        assert!(only.contains("only persons or containers of SUMO"), "{only}");
         write(&path, &ELEMENTS[0], &[], &[(0.0, "a", 0.0, 0.0, "", "", ""), (1.0, "a", 1e9, 0.0, "", "", "")]);
         let refused = || read_traffic(&path, &Options::default()).unwrap_err().message;
         assert!(refused().starts_with("row 2: vehicle_x = \"1000000000\" is out of range"), "{}", refused());

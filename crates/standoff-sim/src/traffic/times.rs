@@ -222,11 +222,14 @@ impl Repeats {
         let name = quoted(name);
         let time = form.shown(self.first_us);
         if 2 * self.apart > self.moved {
+            let more = match self.moved - 1 {
+                0 => String::new(),
+                more => format!(", with {}", count(more, "more such pair")),
+            };
             return Err(format!(
-                "vehicle {name}: two samples at time = {time} are {:.0} m apart, and {} at the time of an earlier one; if \
-                 two vehicles have one name, give each its own; otherwise remove the wrong samples",
-                self.distance_m,
-                count(self.moved, "sample")
+                "vehicle {name}: two samples at time = {time} are {:.0} m apart{more}; if two vehicles have one name, give \
+                 each its own; otherwise remove the wrong samples",
+                self.distance_m
             ));
         }
         if self.moved >= self.kept && self.step_us.is_none_or(|step_us| step_us > FINE_US) {

@@ -105,14 +105,35 @@ impl Quantity {
     /// Checks `value`, which was parsed from `text`, the value of `key`; `None` if that is not a number.
     pub(super) fn check(&self, key: &str, text: &str, value: Option<f64>) -> Result<f64, String> {
         let Self { low, high, unit, advice } = self;
-        let wrong = match value {
+        let (wrong, advice) = match value {
             Some(value) if self.contains(value) => return Ok(value),
-            Some(value) if value.is_finite() => "is out of range",
-            Some(_) => "is not finite",
-            None => "is not a number",
+            Some(value) if value.is_finite() => ("is out of range", *advice),
+            Some(_) => ("is not finite", *advice),
+            None if has_thousands(text) => {
+                ("is not a number", "write numbers with a decimal point and without separators of thousands")
+            }
+            None => ("is not a number", *advice),
         };
         Err(format!("{key} = {} {wrong}; {low} to {high} {unit}; {advice}", quoted(text)))
     }
+}
+
+/// Returns whether `text` is a number with separators of thousands, perhaps with decimals.
+fn has_thousands(text: &str) -> bool {
+    let digits = text.trim().trim_start_matches(['-', '+']);
+    let is_digits = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
+    let is_separator = |c: char| c.is_whitespace() || ",.'\u{2019}_".contains(c);
+    let Some(separator) = digits.chars().find(|c| !c.is_ascii_digit()).filter(|c| is_separator(*c)) else {
+        return false;
+    };
+    // Another sign separates the decimals.
+    let whole = match digits.rsplit_once([',', '.']) {
+        Some((whole, decimals)) if !digits[whole.len()..].starts_with(separator) && is_digits(decimals) => whole,
+        _ => digits,
+    };
+    let mut groups = whole.split(separator);
+    groups.next().is_some_and(|first| matches!(first.len(), 1..=3))
+        && groups.all(|group| group.len() == 3 && is_digits(group))
 }
 
 /// Returns the velocity east and north, m/s, from SUMO's speed and its angle clockwise from north.
@@ -160,6 +181,20 @@ mod tests {
             let expected =
                 format!("x = \"{text}\" {wrong}; -100000000 to 100000000 m; remove the sample or correct it");
             assert_eq!(METRES.parse("x", text), Err(expected));
+        }
+    }
+
+    #[test]
+    fn separators_of_thousands_are_named() {
+        for text in ["1 000", "-1\u{202f}000", "1,000", "4.929.100", "4,929,100.25", "4.929.100,5", "1'000", "12 345.6"]
+        {
+            let message = METRES.check("x", text, None).unwrap_err();
+            let advice = "write numbers with a decimal point and without separators of thousands";
+            assert!(message.ends_with(advice), "{message}");
+        }
+        for text in ["1,5", "1 00", "1234,567", "1.2.3", ",000", "1:000", "abc", "", "a 000", "1,000,5"] {
+            let message = METRES.check("x", text, None).unwrap_err();
+            assert!(message.ends_with(METRES.advice), "{message}");
         }
     }
 

@@ -37,7 +37,9 @@ pub(super) fn read(
             only_degrees("KML is")?;
             kml::read(bytes, in_degrees("KML is")?)?
         }
-        [b'P', b'K', ..] => return Err("is compressed with zip (KMZ); decompress it first, with unzip".to_owned()),
+        [b'P', b'K', ..] => {
+            return Err("is compressed with zip, as KMZ is; decompress it first, with unzip".to_owned());
+        }
         [b'Q', b'G', b'C', b' ', ..] => {
             let way = "open it with QGroundControl, draw the fence and save it as .plan";
             return Err(format!("is a list of waypoints; must be {}; {way}", ZONES.formats));
