@@ -93,9 +93,8 @@ const AGENT_COLUMNS = [
   ["assignments", "Assignments", (agent) => agent.assignments,
     "UAVs assigned to each group in this agent's team state; the creation time distinguishes groups with equal numbers"],
   ["agrees", "Same assignments", (agent) => agent.agrees, "Agents whose team states have the same assignments"],
-  ["lag_s", "Commit lag (s)", (agent) => fixed(agent.lag_s, 1), "Time since the last committed time step; the team state up to that step is final"],
-  ["retransmissions", "Retransmissions", (agent) => (agent.isLimited ? "limited" : ""),
-    "limited: missing messages wait, because the bandwidth or the budget for retransmissions is spent"],
+  ["lag_s", "Commit lag (s)", (agent) => fixed(agent.lag_s, 1) + (agent.isLimited ? "*" : ""),
+    "Time since the last committed time step; the team state up to that step is final. *: missing messages wait, because the bandwidth or the budget for retransmissions is spent"],
 ];
 
 /** Additional rows of cards, which have more space than tables. */
