@@ -147,7 +147,7 @@ impl Outcome {
         Ok(serde_json::to_string_pretty(self)? + "\n")
     }
 
-    /// Formats the outcome as text; `out` is the folder of the results.
+    /// Formats the outcome as text; `out` is the folder of the results. The text names its page if it exists.
     pub fn text(&self, out: &Path, options: OutcomeOptions) -> String {
         let Self { scenario, seed, duration_s, unfinished_after_s, uavs, targets, targets_mean, .. } = self;
         let end = unfinished_after_s.map_or_else(String::new, |end_s| format!(", unfinished after {end_s} s"));
@@ -175,11 +175,13 @@ impl Outcome {
         }
         let ends_s = self.per_target.iter().map(|one| (one.target.as_str(), one.score.until_s)).collect();
         text += &self.events.text(unfinished_after_s.unwrap_or(*duration_s), &ends_s, options.width);
-        let (dir, page) = (shell_path(out), shell_path(&out.join("report.html")));
-        text + &format!(
-            "\nresults in {dir}\nnext:\n  open {page}  (replays the run in a browser)\n  \
-             standoff view {dir}  (serves the replay with every time step)\n"
-        )
+        let (dir, page) = (shell_path(out), out.join("report.html"));
+        text += &format!("\nresults in {dir}\nnext:\n");
+        // A read-only record may have no page.
+        if page.is_file() {
+            text += &format!("  open {}  (replays the run in a browser)\n", shell_path(&page));
+        }
+        text + &format!("  standoff view {dir}  (serves the replay with every time step)\n")
     }
 
     /// Formats the metrics as a table with one section per topic, with lines that explain values below their row.

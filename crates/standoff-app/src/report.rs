@@ -119,7 +119,7 @@ pub fn report_run(dir: &Path, place: &Path, choice: MetricSelection, warn: Warni
     let written = write();
     if let Some(reason) = unwritable.take() {
         let place = display_text::path(place);
-        warn(&format!("note: the summary, the figures and the page in {place} are not written again: {reason}"));
+        warn(&format!("note: the summary, the figures and the page in {place} are not written: {reason}"));
     }
     Ok(Report { outcome, written })
 }

@@ -108,6 +108,13 @@ impl LocalPlane {
     }
 }
 
+/// Wraps the longitude of [longitude, latitude] to -180 to 180 degrees. Editors continue beyond that at the antimeridian.
+#[must_use]
+pub fn wrapped([longitude_deg, latitude_deg]: [f64; 2]) -> [f64; 2] {
+    let turn_deg = if longitude_deg.abs() > 180.0 { 360.0_f64.copysign(longitude_deg) } else { 0.0 };
+    [longitude_deg - turn_deg, latitude_deg]
+}
+
 fn radians(latitude_deg: f64, longitude_deg: f64) -> Result<[f64; 2], GeodesyError> {
     check("latitude_deg", latitude_deg, -90.0, 90.0)?;
     check("longitude_deg", longitude_deg, -180.0, 180.0)?;

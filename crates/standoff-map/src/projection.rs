@@ -5,7 +5,7 @@
 //! plane tangent to the Earth at the origin: the net's `netOffset` is subtracted, and its projection is inverted.
 
 use standoff_io::display_text::printable;
-use standoff_io::geodesy::{LocalPlane, Origin};
+use standoff_io::geodesy::{LocalPlane, Origin, wrapped};
 use standoff_io::net_projection::{Location, NEAR_M, Projected, finite, has_projection};
 use standoff_io::text_source::Fault;
 
@@ -159,12 +159,6 @@ fn of_degrees(located: Option<&(String, Location)>, place: &Place) -> Result<To,
     };
     let first = Projected::of(first).map_err(|fault| Fault::whole(format!("with {}: {fault}", printable(name))))?;
     Ok(Box::new(move |point| first.metres(wrapped(point))))
-}
-
-/// Wraps a longitude to -180 to 180 degrees. Map editors continue beyond that at the antimeridian.
-fn wrapped([lon_deg, lat_deg]: Point) -> Point {
-    let turn_deg = if lon_deg.abs() > 180.0 { 360.0_f64.copysign(lon_deg) } else { 0.0 };
-    [lon_deg - turn_deg, lat_deg]
 }
 
 fn moved(form: Form, to: &dyn Fn(Point) -> Option<Point>) -> Option<Form> {

@@ -118,15 +118,18 @@ fn a_read_only_record_is_reported() {
     fs::set_permissions(folder.path().join("o"), Permissions::from_mode(0o555)).unwrap();
     for args in [&["report", "o"][..], &["report", "o", "--json"]] {
         let reported = limited(folder.path(), ":", args);
-        check(
-            &reported,
-            0,
-            &["note: the summary, the figures and the page in o are not written again: Permission denied"],
-        );
+        check(&reported, 0, &["note: the summary, the figures and the page in o are not written: Permission denied"]);
         assert!(!reported.stdout.is_empty());
     }
     fs::set_permissions(folder.path().join("o"), Permissions::from_mode(0o755)).unwrap();
     assert_eq!(fs::read(folder.path().join("o/report.html")).unwrap(), page);
+    fs::remove_file(folder.path().join("o/report.html")).unwrap();
+    fs::set_permissions(folder.path().join("o"), Permissions::from_mode(0o555)).unwrap();
+    let reported = limited(folder.path(), ":", &["report", "o"]);
+    check(&reported, 0, &["the page in o are not written: Permission denied"]);
+    let printed = String::from_utf8_lossy(&reported.stdout);
+    assert!(printed.contains("  standoff view o") && !printed.contains("open o/report.html"), "{printed}");
+    fs::set_permissions(folder.path().join("o"), Permissions::from_mode(0o755)).unwrap();
 }
 
 /// A shell reads the printed commands with the name that the folder has.

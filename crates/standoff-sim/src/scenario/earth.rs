@@ -5,7 +5,7 @@ use std::io::Read;
 
 use quick_xml::events::BytesStart;
 use standoff_io::display_text::quoted;
-use standoff_io::geodesy::LocalPlane;
+use standoff_io::geodesy::{LocalPlane, wrapped};
 use standoff_io::net_projection::{Location, NEAR_M, Projected, has_projection};
 use standoff_io::text_source::xml::{Elements, attributes, walk};
 use standoff_io::text_source::{self, Expectation, Fault, Lines, Position};
@@ -53,14 +53,15 @@ impl Earth {
     /// Converts degrees to east and north, m. Rounded to the millimetre for the record.
     pub(super) fn place(&self, latitude_deg: f64, longitude_deg: f64) -> Result<[f64; 2], String> {
         let far = |why: String| format!("[{longitude_deg}, {latitude_deg}] is not near the traffic: {why}");
+        let [wrapped_deg, _] = wrapped([longitude_deg, latitude_deg]);
         let at = match self {
             Self::Plane(plane) => {
-                let at = plane.position(latitude_deg, longitude_deg).map_err(|error| far(error.to_string()))?;
+                let at = plane.position(latitude_deg, wrapped_deg).map_err(|error| far(error.to_string()))?;
                 [at.x_m(), at.y_m()]
             }
             Self::Net(net) => {
-                let is_on_earth = latitude_deg.abs() <= 90.0 && longitude_deg.abs() <= 180.0;
-                let at = is_on_earth.then(|| net.metres([longitude_deg, latitude_deg])).flatten();
+                let is_on_earth = latitude_deg.abs() <= 90.0 && wrapped_deg.abs() <= 180.0;
+                let at = is_on_earth.then(|| net.metres([wrapped_deg, latitude_deg])).flatten();
                 at.filter(|at| at.iter().all(|value| value.abs() <= PLACE_MAX_M))
                     .ok_or_else(|| far("it is outside the projection of the net".to_owned()))?
             }

@@ -808,12 +808,19 @@ mod tests {
         assert!(resolved.contains("radius_m = 200") && !resolved.contains("plan"), "{resolved}");
         assert_eq!(super::Settings::of_record("r", &resolved).unwrap().geofence, scenario.settings.geofence);
         for (from, to, expected) in [
-            ("\"inclusion\": true", "\"inclusion\": 1", "geoFence: inclusion must be true or false"),
+            ("\"inclusion\": true", "\"inclusion\": 1", "geoFence: polygons.0.inclusion must be true or false"),
+            ("\"version\": 2", "\"version\": 3", "geoFence: version = 3: must be 2; save the plan again"),
+            ("\"version\": 1}]", "\"version\": 9}]", "geoFence: polygons.0.version = 9: must be 1"),
+            (
+                "\"polygons\"",
+                "\"polygon\"",
+                "geoFence has the key `polygon` of version 1, of old ground stations; must",
+            ),
             ("[44.4, 11.2]", "[44.4]", "geoFence: a position must be [latitude, longitude]"),
-            ("\"radius\"", "\"r\"", "geoFence: a circle has no radius"),
+            ("\"radius\"", "\"r\"", "geoFence: circles.0 has no radius"),
             ("200", "0.5", "zone 1: radius = 0.5 m; must be 1 to 1000000"),
             ("[44.4, 11.2]", "[14.4, 11.2]", "[11.2, 14.4] is not near the traffic"),
-            ("geoFence", "mission", "has no geoFence"),
+            ("geoFence", "mission", "with zones; open it with QGroundControl, draw"),
             ("\"circles\":", "\"circles\": 1, \"others\":", "geoFence: circles must be a list"),
         ] {
             let error = of_file("area.plan", &PLAN.replace(from, to), "").unwrap_err();
@@ -822,6 +829,23 @@ mod tests {
                 "{error}"
             );
         }
+    }
+
+    /// Traffic just west of the antimeridian, and a zone drawn across it.
+    #[test]
+    fn longitudes_of_zones_beyond_180_are_wrapped() {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("t.csv"), "t,id,lat,lon\n0,a,44.5,179.995\n60,a,44.501,179.995\n").unwrap();
+        let zone = |west: f64, east: f64| {
+            write_geojson(folder.path(), "Polygon", &format!("[{}]", ring(west, 44.5, east, 44.51)));
+            let toml = "[traffic]\nfile = \"t.csv\"\n[[geofence]]\nfile = \"z.geojson\"";
+            let template = super::super::ScenarioTemplate::of_toml("mine", toml, &Overrides::default(), folder.path());
+            let scenario = template.and_then(|template| template.draw(1)).map_err(|error| error.to_string());
+            scenario.map(|scenario| scenario.settings.geofence.zones().next().unwrap().vertices.clone())
+        };
+        assert_eq!(zone(179.999, 180.01).unwrap(), zone(179.999, -179.99).unwrap());
+        assert_eq!(zone(-180.001, -179.99).unwrap(), zone(179.999, -179.99).unwrap());
+        assert!(zone(179.999, 541.0).unwrap_err().contains("is not near the traffic"));
     }
 
     #[test]

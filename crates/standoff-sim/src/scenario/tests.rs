@@ -73,3 +73,16 @@ fn the_filter_assumes_the_noise_that_was_drawn() {
         assert_eq!(Some(settings.team.track.target), settings.model);
     }
 }
+
+/// The defaults of other keys of the wind depend on a wrong value; they are not reported with it.
+#[test]
+fn a_wrong_wind_is_one_error() {
+    for wrong in ["speed_m_s = 1000", "from_deg = 1000", "speed_m_s = 5\nreference_height_m = -1\nshear_exponent = 0.1"]
+    {
+        let text = format!("[wind]\n{wrong}\n[[targets.start]]\n");
+        let error = ScenarioTemplate::of_text("mine", &text, &[]).unwrap().draw(1).unwrap_err();
+        assert_eq!(error.problems.len(), 1, "{error}");
+        let keys = ["wind.speed_m_s = 1000", "wind.from_deg = 1000", "wind.reference_height_m = -1"];
+        assert!(keys.iter().any(|key| error.problems[0].message.starts_with(key)), "{error}");
+    }
+}

@@ -255,6 +255,13 @@ const PARTNERS: &[(&str, &str)] = &[
     ("filter.correlation_rate_1_s", "targets.correlation_rate_1_s"),
     ("filter.acceleration_sd_m_s2", "targets.acceleration_sd_m_s2"),
     ("duration_s", "period_s"),
+    ("wind.orbit_wind_m_s", "wind.speed_m_s"),
+    ("wind.orbit_wind_m_s", "wind.reference_height_m"),
+    ("wind.orbit_wind_m_s", "wind.shear_exponent"),
+    ("wind.believed_speed_m_s", "wind.speed_m_s"),
+    ("wind.believed_speed_m_s", "wind.reference_height_m"),
+    ("wind.believed_speed_m_s", "wind.shear_exponent"),
+    ("wind.believed_from_deg", "wind.from_deg"),
 ];
 
 /// Returns all problems found, and those in the form of the scenario, as an error with the values that were typed or
@@ -274,14 +281,15 @@ pub(super) fn report(problems: Problems, typed: &Typed, seed: u64) -> Result<(),
         if problems.len() >= MISTAKES_MAX {
             break;
         }
-        let partner = PARTNERS.iter().find(|(bounded, _)| *bounded == key).map(|(_, by)| *by);
+        let partners = || PARTNERS.iter().filter(|(bounded, _)| *bounded == key).map(|(_, by)| *by);
         // A consequence of a part that was left out is not a separate mistake.
-        if is_left_out(&key) || partner.is_some_and(is_left_out) || typed.is_text_broken && !is_typed(&key) {
+        if is_left_out(&key) || partners().any(is_left_out) || typed.is_text_broken && !is_typed(&key) {
             continue;
         }
-        let partner = partner.filter(|by| !is_typed(&key) && is_typed(by));
+        let mut partners = partners().filter(|by| !is_typed(&key) && is_typed(by));
+        let partner = partners.clone().next();
         // Nor is a default that depends on another wrong value, nor a key that has been reported.
-        if partner.is_some_and(|by| keys.iter().any(|key| key == by)) || keys[..index].contains(&key) {
+        if partners.any(|by| keys.iter().any(|key| key == by)) || keys[..index].contains(&key) {
             continue;
         }
         let is_typed_as_table = value_at(&as_typed, &key).is_some_and(toml::Value::is_table);

@@ -55,7 +55,7 @@ pub(super) fn read(
                     plan(fence, in_degrees("a plan of QGroundControl is")?)?
                 }
                 None if json.get("fileType").is_some() || json.get("groundStation").is_some() => {
-                    let way = "open it with a newer QGroundControl, draw the fence and save it as .plan";
+                    let way = "open it with QGroundControl, draw the fence and save it as .plan";
                     return Err(format!("has no geoFence; must be a plan of QGroundControl with zones; {way}"));
                 }
                 None => {
@@ -78,14 +78,27 @@ pub(super) fn read(
     Ok(contents)
 }
 
-/// Rejects the fence of a plan of an old ground station.
+/// Rejects the fence of a plan of an old or of a newer ground station.
 fn check_version(fence: &Value) -> Result<(), String> {
-    if fence.get("polygon").is_some() || fence.get("circle").is_some() {
-        return Err("geoFence has version 1, of old ground stations; must have version 2; open the plan with a newer \
-             QGroundControl, check the fence and save it"
-            .to_owned());
-    }
-    Ok(())
+    let version = fence.get("version");
+    let Some(old) = ["polygon", "circle"].into_iter().find(|key| fence.get(key).is_some()) else {
+        return check_is_version(version, 2).map_err(|what| format!("geoFence: {what}"));
+    };
+    let what = match version {
+        Some(version) if version.as_u64() == Some(2) => format!("has the key `{old}` of version 1"),
+        _ => "has version 1".to_owned(),
+    };
+    Err(format!(
+        "geoFence {what}, of old ground stations; must have version 2; open the plan with a newer QGroundControl, check \
+         the fence and save it"
+    ))
+}
+
+/// Checks a version, if it is stated.
+fn check_is_version(stated: Option<&Value>, version: u64) -> Result<(), String> {
+    let Some(stated) = stated.filter(|stated| stated.as_u64() != Some(version)) else { return Ok(()) };
+    let value = if stated.is_number() { stated.to_string() } else { quoted(&stated.to_string()) };
+    Err(format!("version = {value}: must be {version}; save the plan again with QGroundControl"))
 }
 
 /// Reads the polygons and circles of a plan's fence: those with `inclusion` are keep-in zones.
@@ -103,28 +116,27 @@ fn plan(fence: &Value, earth: &Earth) -> Result<Contents, String> {
         };
         earth.place(lat, lon)
     };
-    let kind = |zone: &Value| match zone.get("inclusion").and_then(Value::as_bool) {
-        Some(true) => Ok(Some(ZoneKind::KeepIn)),
-        Some(false) => Ok(Some(ZoneKind::KeepOut)),
-        None => Err(wrong("inclusion must be true or false")),
+    let found = |key: String, zone: &Value, shape: Shape| {
+        check_is_version(zone.get("version"), 1).map_err(|what| format!("geoFence: {key}.{what}"))?;
+        let kind = match zone.get("inclusion").and_then(Value::as_bool) {
+            Some(true) => ZoneKind::KeepIn,
+            Some(false) => ZoneKind::KeepOut,
+            None => return Err(wrong(&format!("{key}.inclusion must be true or false"))),
+        };
+        Ok(Found { name: String::new(), kind: Some(kind), shape, band_m: [None; 2] })
     };
     let mut contents = Contents::default();
-    for zone in list("polygons")? {
-        let outline =
-            zone.get("polygon").and_then(Value::as_array).ok_or_else(|| wrong("a polygon has no positions"))?;
+    for (index, zone) in list("polygons")?.iter().enumerate() {
+        let outline = zone.get("polygon").and_then(Value::as_array);
+        let outline = outline.ok_or_else(|| wrong(&format!("polygons.{index} has no positions")))?;
         let shape = Shape::Polygons(vec![vec![outline.iter().map(point).collect::<Result<_, _>>()?]]);
-        contents.zones.push(Found { name: String::new(), kind: kind(zone)?, shape, band_m: [None; 2] });
+        contents.zones.push(found(format!("polygons.{index}"), zone, shape)?);
     }
-    for zone in list("circles")? {
-        let number = |path: &str| zone.pointer(path).and_then(Value::as_f64);
-        let radius_m = number("/circle/radius").ok_or_else(|| wrong("a circle has no radius"))?;
+    for (index, zone) in list("circles")?.iter().enumerate() {
+        let radius_m = zone.pointer("/circle/radius").and_then(Value::as_f64);
+        let radius_m = radius_m.ok_or_else(|| wrong(&format!("circles.{index} has no radius")))?;
         let centre_m = point(zone.pointer("/circle/center").unwrap_or(&Value::Null))?;
-        contents.zones.push(Found {
-            name: String::new(),
-            kind: kind(zone)?,
-            shape: Shape::Circle { centre_m, radius_m },
-            band_m: [None; 2],
-        });
+        contents.zones.push(found(format!("circles.{index}"), zone, Shape::Circle { centre_m, radius_m })?);
     }
     Ok(contents)
 }
