@@ -145,9 +145,9 @@ fn event(event: &Event, team_state: &TeamState) -> EventRow {
     row
 }
 
-/// Longest pause within one avoidance event: a UAV that avoids the same aircraft again after a shorter pause starts no
-/// new event.
-const ONE_AVOIDANCE: Duration = Duration::from_us(5_000_000);
+/// Longest pause within one event: what begins again after a shorter pause, such as the avoidance of the same aircraft, is
+/// no new event.
+const ONE_EVENT: Duration = Duration::from_us(5_000_000);
 
 /// Creates the events of the avoidance of a UAV.
 #[derive(Debug, Clone, Copy, Default)]
@@ -162,7 +162,7 @@ impl AvoidanceEvents {
     /// minimum separation from it (`separation-given-up`).
     pub fn add(&mut self, now: Time, uav: UavId, avoiding: Option<&Avoidance>, events: &mut Vec<EventRow>) {
         if let Some(avoiding) = avoiding {
-            let goes_on = |(from, at): (Aircraft, Time)| from == avoiding.aircraft && now - at <= ONE_AVOIDANCE;
+            let goes_on = |(from, at): (Aircraft, Time)| from == avoiding.aircraft && now - at <= ONE_EVENT;
             if !self.last.is_some_and(goes_on) {
                 events.push(avoidance("avoidance", uav, avoiding));
             }
@@ -174,9 +174,6 @@ impl AvoidanceEvents {
         self.has_given_up = avoiding.is_some_and(|avoiding| avoiding.is_given_up);
     }
 }
-
-/// Longest pause within one period of limited retransmission.
-const ONE_LIMITATION: Duration = Duration::from_us(5_000_000);
 
 /// Creates the events of the retransmission of a UAV.
 #[derive(Debug, Clone, Copy, Default)]
@@ -191,7 +188,7 @@ impl RetransmissionEvents {
         if !is_limited {
             return;
         }
-        if self.last.is_none_or(|last| now - last > ONE_LIMITATION) {
+        if self.last.is_none_or(|last| now - last > ONE_EVENT) {
             let mut row = EventRow { kind: "retransmission-limited".to_owned(), ..EventRow::default() };
             (row.uavs, row.reason) = (vec![uav.0], row.reason_text());
             events.push(row);

@@ -3,8 +3,7 @@
 use std::collections::BTreeMap;
 
 use standoff_io::display_text::{count, printable, quoted};
-use standoff_io::geodesy::FURTHEST_M;
-use standoff_io::geodesy::{Origin, Unit};
+use standoff_io::geodesy::{FURTHEST_M, Origin, Unit, wrapped};
 
 use super::limits::{MAX_AT_ONCE, MAX_SAMPLES, MAX_SPEED_M_S, MAX_VEHICLES};
 use super::names;
@@ -138,22 +137,8 @@ impl Builder {
         Ok(())
     }
 
-    /// Renames a vehicle.
-    pub(super) fn rename(&mut self, name: &str, to: &str) {
-        if let Some(samples) = self.vehicles.remove(name) {
-            self.vehicles.insert(to.to_owned(), samples);
-        }
-        if let Some(breaks_us) = self.breaks_us.remove(name) {
-            self.breaks_us.insert(to.to_owned(), breaks_us);
-        }
-        for counts in [&mut self.without_position, &mut self.repeated] {
-            if let Some(count) = counts.remove(name) {
-                counts.insert(to.to_owned(), count);
-            }
-        }
-    }
-
-    /// Joins vehicles that are parts of the first one, unless they overlap in time; returns whether they do not.
+    /// Joins vehicles that are parts of the first one, unless they overlap in time; returns whether they do not. The first
+    /// one may be new.
     pub(super) fn join(&mut self, parts: &[String]) -> bool {
         let Some(first) = parts.first() else { return true };
         let mut all: Vec<&Vec<Sample>> = parts.iter().filter_map(|name| self.vehicles.get(name)).collect();
@@ -198,9 +183,7 @@ impl Builder {
         }
         self.vehicles.retain(|_, samples| !samples.is_empty());
         for sample in self.vehicles.values_mut().flatten().chain(&mut self.first) {
-            if sample.x > 180.0 {
-                sample.x -= 360.0;
-            }
+            [sample.x, sample.y] = wrapped([sample.x, sample.y]);
         }
     }
 

@@ -153,7 +153,7 @@ impl Gpx {
         let is_numbered = |(_, vehicles): &(&String, &Vec<String>)| vehicles.iter().any(|other| other == vehicle);
         let Some(name) = self.vehicles.iter().find(is_numbered).map(|(name, _)| name.clone()) else { return };
         let renamed = self.numbered(&name);
-        self.builder.rename(vehicle, &renamed);
+        self.builder.join(&[renamed.clone(), vehicle.to_owned()]);
         self.taken.insert(renamed.clone());
         let of_name = self.vehicles.entry(name).or_default().iter_mut().find(|other| *other == vehicle);
         if let Some(other) = of_name {

@@ -32,7 +32,8 @@ struct Part {
 }
 
 impl Joined {
-    /// Adds a file. Fails if its unit or clock differs from that of the first file, or if there are too many samples or vehicles.
+    /// Adds a file. Fails if its unit or clock differs from that of the first file, or if there are too many samples or
+    /// vehicles.
     pub(crate) fn add(&mut self, file: String, stem: String, traffic: Traffic) -> Result<(), TrafficError> {
         let refuse = |message: String| Err(named(&file)(Fault::whole(message)));
         if let Some(first) = self.files.first().filter(|first| first.traffic.unit() != traffic.unit()) {

@@ -5,8 +5,7 @@ use std::collections::BTreeMap;
 use standoff_io::display_text::{count, quoted};
 
 use super::times::TimeForm;
-use super::vehicle::seconds;
-use super::vehicle::{Gaps, Sample};
+use super::vehicle::{Gaps, Sample, seconds};
 
 /// Speed above which a position is probably wrong, m/s: no car is faster.
 const FAST_M_S: f64 = 100.0;

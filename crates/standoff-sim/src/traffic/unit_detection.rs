@@ -4,8 +4,7 @@ use standoff::research::math;
 use standoff_io::geodesy::Unit;
 use std::ops::RangeInclusive;
 
-use super::vehicle::Sample;
-use super::vehicle::seconds;
+use super::vehicle::{Sample, seconds};
 
 /// Plausible speeds of moving vehicles, m/s. A degree of latitude is 111 km, so a drive in degrees is no motion in
 /// metres, and a drive in metres would leave the Earth in degrees.

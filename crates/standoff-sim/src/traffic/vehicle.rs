@@ -43,8 +43,11 @@ impl Gaps {
     /// where it was before has been parked, as loggers sleep then.
     pub(super) fn separate(&self, before: &Sample, after: &Sample) -> bool {
         let step_us = after.time_us - before.time_us;
+        if step_us <= self.limit_us && !self.break_at(after) {
+            return false;
+        }
         let way_m = before.distance_m(after);
-        (step_us > self.limit_us || self.break_at(after)) && (way_m > PARKED_M || way_m > PARKED_M_S * seconds(step_us))
+        way_m > PARKED_M || way_m > PARKED_M_S * seconds(step_us)
     }
 
     /// Returns whether a sample begins a new segment of the track.

@@ -98,8 +98,8 @@ impl Retransmission {
         self.budget_bytes -= bytes as f64;
     }
 
-    /// True if the budget is spent although something is to be sent.
-    pub(crate) fn is_spent(&mut self) -> bool {
+    /// Returns whether something that is to be sent waits because the budget is spent, and keeps it in `is_limited`.
+    pub(crate) fn has_to_wait(&mut self) -> bool {
         self.is_limited |= self.budget_bytes <= 0.0;
         self.budget_bytes <= 0.0
     }
@@ -159,7 +159,7 @@ impl Retransmission {
         }
         for place in 0..self.missing.len() {
             let (step, source, number) = self.missing[place];
-            if self.is_spent() {
+            if self.has_to_wait() {
                 break;
             }
             let Some(row) = log.messages(step) else { continue };

@@ -38,7 +38,7 @@ impl Replica {
         for (requested_at, request) in requests {
             let mut from = 0;
             while let Some(index) = offer.lacking(&request, requested_at, from) {
-                if retransmission.is_spent() {
+                if retransmission.has_to_wait() {
                     return;
                 }
                 let slot = outbox.push();

@@ -13,6 +13,9 @@ use super::kml::{self, ZONES, described};
 use super::shapes::{BandM, Contents, Found, INSTEAD, NAMED, Shape, TRULY_SMALL};
 use crate::traffic::Coordinates;
 
+/// Advice for a file of QGroundControl without a fence.
+const DRAW_THE_FENCE: &str = "open it with QGroundControl, draw the fence and save it as .plan";
+
 /// Reads zones. `earth` places degrees, or states why it cannot. Plans and KML are in degrees. GeoJSON has the given
 /// `coordinates`. If none are given, it is in degrees if the traffic is, if it states so, or if all its coordinates can
 /// be; otherwise it is in metres.
@@ -41,8 +44,7 @@ pub(super) fn read(
             return Err("is compressed with zip, as KMZ is; decompress it first, with unzip".to_owned());
         }
         [b'Q', b'G', b'C', b' ', ..] => {
-            let way = "open it with QGroundControl, draw the fence and save it as .plan";
-            return Err(format!("is a list of waypoints; must be {}; {way}", ZONES.formats));
+            return Err(format!("is a list of waypoints; must be {}; {DRAW_THE_FENCE}", ZONES.formats));
         }
         _ => {
             text_source::check_is_text(bytes, &ZONES).map_err(described)?;
@@ -55,8 +57,9 @@ pub(super) fn read(
                     plan(fence, in_degrees("a plan of QGroundControl is")?)?
                 }
                 None if json.get("fileType").is_some() || json.get("groundStation").is_some() => {
-                    let way = "open it with QGroundControl, draw the fence and save it as .plan";
-                    return Err(format!("has no geoFence; must be a plan of QGroundControl with zones; {way}"));
+                    return Err(format!(
+                        "has no geoFence; must be a plan of QGroundControl with zones; {DRAW_THE_FENCE}"
+                    ));
                 }
                 None => {
                     let is_in_degrees = match coordinates {
