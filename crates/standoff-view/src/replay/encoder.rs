@@ -329,7 +329,7 @@ impl Draft {
 }
 
 /// The events of a time step with the agents that report them. Those of the run's main tables, given as `run_events`,
-/// come first.
+/// come first. Events that are no part of a team state, such as `retransmission-limited`, are of no agent.
 fn by_agents<'a>(
     frame: &'a Frame,
     run_events: impl Iterator<Item = &'a EventRow>,
@@ -337,13 +337,15 @@ fn by_agents<'a>(
 ) -> Vec<Event> {
     let PerAgentTables { all, events, .. } = &frame.agents;
     let first = all.first().map(|row| row.agent);
-    let mut own = events.iter().filter(|of| Some(of.agent) == first).peekable();
+    let mut own = events.iter().filter(|of| Some(of.agent) == first);
     let mut found: Vec<Event> = Vec::new();
     for row in run_events {
         let mut event = Event::of(frame.time_us, row);
-        match own.next_if(|of| of.event == *row) {
-            Some(of) => event.reported_by(of),
-            None => event.by.extend(first),
+        // Events before it may be left out.
+        let mut rest = own.clone();
+        if let Some(of) = rest.find(|of| of.event == *row) {
+            event.reported_by(of);
+            own = rest;
         }
         found.push(event);
     }

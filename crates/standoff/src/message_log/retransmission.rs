@@ -1,9 +1,10 @@
 //! Retransmission: which entries are sent again, and which agent sends them.
 //!
 //! A report lists which entries its sender had received. The entries that it lacked are retransmitted: by their source,
-//! if it is live and receivable; otherwise by the agents that have them, in turn. No entry is retransmitted while it
-//! may still be delayed as usual or while the answer to an earlier retransmission cannot have arrived, and a budget
-//! limits the total: it follows the size of the reports, the team and the measured loss, within the radio's bandwidth.
+//! if it is live and receivable; otherwise by the agents that have them, in turn. No report is retransmitted while it
+//! may still be delayed as usual or while the answer to an earlier retransmission cannot have arrived. New cues do not
+//! wait for this. A budget limits the total: it follows the size of the reports, the team and the measured loss, within
+//! the radio's bandwidth.
 //! The order alternates between newest first, because new entries affect guidance, and oldest first, because these
 //! delay commits.
 
@@ -17,6 +18,10 @@ use crate::message_log::teammates::TeammateLog;
 /// Number of time steps after which any agent that has an entry retransmits it, because the agent whose turn it was may
 /// not be received.
 const OTHERS_AFTER: i64 = 4;
+
+/// Number of time steps for which a cue is repeated without an answer. Its source sends it only once, and the team's
+/// groups differ while a teammate lacks it.
+const REPEAT_CUES_FOR: i64 = 8;
 
 /// Maximum number of recorded retransmissions; entries beyond it may be sent twice.
 const SENT_MAX: usize = 1 << 14;
@@ -119,47 +124,15 @@ impl Retransmission {
 
     /// Passes the entries that teammates lack to `emit`; returns true if any were missing.
     pub(crate) fn next_messages(&mut self, log: &MessageLog, now: i64, mut emit: impl FnMut(Resend)) -> bool {
-        self.sent.retain(|_, at| now - *at <= log.teammate_timeout());
-        self.missing.clear();
-        let delay = log.typical_delay;
-        // With enough budget, two agents retransmit: one of them may not have received the list, or may not be
-        // received.
-        let sender_count = if self.budget_bytes > self.half_bytes { 2 } else { 1 };
-        // Each entry requires a check of every teammate.
-        let teammates = log.teammates_with_status(now).count().max(1);
-        let most = (TEAMMATE_CHECKS_MAX / (teammates * teammates)).max(16);
-        for peer in log.teammates_with_status(now).filter(|peer| !peer.log_matches) {
-            let mut looked = 0;
-            let committed = log.step_at(peer.log_status.committed_until);
-            let (from, to) = (committed.saturating_add(1).max(log.first), peer.log_status_at - 1 - delay);
-            let mut others = &peer.log_status.received[..];
-            for (source, runs) in &log.received {
-                if looked >= most {
-                    break;
-                }
-                let (first, last) = (first_of(*source, from), last_of(*source, to));
-                let its = next_of(&mut others, *source);
-                runs.without(its, (first, last), |number| {
-                    let entry = (step_of(*source, number), *source, number);
-                    // A retransmitted entry may be on its way or lost: the next report shows which.
-                    let sent = self.sent.get(&(*source, number));
-                    let is_answered = sent.is_none_or(|at| peer.log_status_at > at + delay);
-                    if is_answered && looked < most {
-                        looked += 1;
-                        self.missing.extend(log.is_mine_to_send(entry, peer, (now, sender_count)).then_some(entry));
-                    }
-                });
-            }
-        }
-        let is_missing = !self.missing.is_empty();
-        self.missing.sort_unstable();
-        self.missing.dedup();
+        let is_missing = self.find_missing(log, now);
         if now % 2 == 0 {
             self.missing.reverse();
         }
         for place in 0..self.missing.len() {
             let (step, source, number) = self.missing[place];
-            if self.has_to_wait() {
+            if self.budget_bytes <= 0.0 {
+                // Repeated cues have probably arrived.
+                self.is_limited |= is_missing;
                 break;
             }
             let Some(row) = log.messages(step) else { continue };
@@ -175,6 +148,60 @@ impl Retransmission {
             self.record_sent(source, number, now);
             emit(message);
         }
+        is_missing
+    }
+
+    /// Collects the entries that this agent has to send because teammates do not list them. Returns true if any is
+    /// missing, and not just repeated.
+    fn find_missing(&mut self, log: &MessageLog, now: i64) -> bool {
+        self.sent.retain(|_, at| now - *at <= log.teammate_timeout());
+        self.missing.clear();
+        let mut is_missing = false;
+        let delay = log.typical_delay;
+        // With enough budget, two agents retransmit: one of them may not have received the list, or may not be
+        // received.
+        let sender_count = if self.budget_bytes > self.half_bytes { 2 } else { 1 };
+        // Each entry requires a check of every teammate.
+        let teammates = log.teammates_with_status(now).count().max(1);
+        let most = (TEAMMATE_CHECKS_MAX / (teammates * teammates)).max(16);
+        for peer in log.teammates_with_status(now) {
+            let mut looked = 0;
+            let committed = log.step_at(peer.log_status.committed_until);
+            let from = committed.saturating_add(1).max(log.first);
+            let mut others = &peer.log_status.received[..];
+            for (source, runs) in &log.received {
+                if looked >= most {
+                    break;
+                }
+                let is_cue = matches!(source, MessageSource::CueSource(_));
+                if peer.log_matches && !is_cue {
+                    continue;
+                }
+                // Without delays, the last list contains the cues of the time step before the last.
+                let to = if is_cue { now - 2 } else { peer.log_status_at - 1 - delay };
+                let (first, last) = (first_of(*source, from), last_of(*source, to));
+                let its = next_of(&mut others, *source);
+                runs.without(its, (first, last), |number| {
+                    let entry = (step_of(*source, number), *source, number);
+                    let is_repeated = is_cue && now - entry.0 <= REPEAT_CUES_FOR;
+                    // A retransmitted entry may be on its way or lost: the next report shows which.
+                    let sent = self.sent.get(&(*source, number));
+                    let is_answered = sent.is_none_or(|at| peer.log_status_at > at + delay);
+                    if looked == most || !(is_repeated || is_answered) {
+                        return;
+                    }
+                    looked += 1;
+                    let is_mine = match is_repeated {
+                        true => log.is_mine_to_repeat(number, (now, sender_count)),
+                        false => log.is_mine_to_send(entry, peer, (now, sender_count)),
+                    };
+                    is_missing |= is_mine && !is_repeated;
+                    self.missing.extend(is_mine.then_some(entry));
+                });
+            }
+        }
+        self.missing.sort_unstable();
+        self.missing.dedup();
         is_missing
     }
 }
@@ -211,6 +238,19 @@ impl Resend<'_> {
 }
 
 impl MessageLog {
+    /// True for this agent and for teammates whose newest report is as recent as the usual delay permits.
+    fn is_live(&self, other: &TeammateLog, now: i64) -> bool {
+        other.uav == self.own || other.has_sent_status(now, 2 + self.typical_delay)
+    }
+
+    /// True if it is this agent's turn to repeat a cue. All live agents take turns, because no list shows yet which of
+    /// them have it.
+    fn is_mine_to_repeat(&self, number: i64, (now, sender_count): (i64, usize)) -> bool {
+        let live = || self.teammates.iter().filter(|other| self.is_live(other, now));
+        let turn = (now + number).rem_euclid(live().count().max(1) as i64);
+        live().cycle().skip(turn as usize).take(sender_count).any(|other| other.uav == self.own)
+    }
+
     /// True if it is this agent's turn to retransmit an entry that a teammate lacks.
     fn is_mine_to_send(
         &self,
@@ -222,7 +262,7 @@ impl MessageLog {
         if source == own {
             return true;
         }
-        let is_live = |other: &&TeammateLog| other.uav == self.own || other.has_sent_status(now, 2);
+        let is_live = |other: &&TeammateLog| self.is_live(other, now);
         let mut others = sender_count;
         if let MessageSource::Uav(uav) = source {
             // The source retransmits if it is live and the teammate receives it. With enough budget, other agents

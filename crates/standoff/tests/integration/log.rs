@@ -205,6 +205,25 @@ fn the_commit_lag_does_not_grow_with_team_and_targets() {
     }
 }
 
+/// Cue sources send each cue only once. The agents repeat cues until teammates list them, so that all have all tracks
+/// after 4 s, in spite of losses and latency; then no cue is sent any more. With an ideal radio, none is repeated.
+#[test]
+fn cues_are_repeated_until_teammates_list_them() {
+    for (loss, late_max) in [(0.4, 2), (0.0, 0)] {
+        let (mut team, mut radio) = (Team::new(3, 40), Radio::new(5));
+        (radio.loss, radio.late_max) = (loss, late_max);
+        for tick in 0..30 {
+            let words = team.tick_over(tick, &mut radio);
+            let repeated =
+                words.sent.iter().filter(|(from, message)| from.is_some() && matches!(message, Message::Cue(_)));
+            let is_expected = loss > 0.0 && (2..=8).contains(&tick);
+            assert!(is_expected || repeated.count() == 0, "{loss}, {tick}");
+            let tracks: Vec<usize> = team.agents.iter().map(|agent| agent.team_state().tracks().len()).collect();
+            assert!(tick < 8 || tracks == [40; 3], "{loss}, {tick}: {tracks:?}");
+        }
+    }
+}
+
 /// Team states that lead to different later states have different digests, also if only a group or an assignment
 /// differs.
 #[test]
