@@ -8,7 +8,8 @@ Writes {"times_s": [...], "names": [...], "events": [...]} and, by table ("run",
 the names and units of the record. Columns that the record does not contain are recomputed with check_equations.py, as
 docs/metrics.md defines them. If the record has tentative tracks, "detections", "tentative" and "truth" have the list of
 rows of each time step. With per-UAV team states, "agents" has the team state of each agent at every time step, and
-"agent_events" the number of events that each agent publishes. Needs requirements.txt.
+"agent_events" the number of events that each agent publishes, and of those that are no part of a team state. Needs
+requirements.txt.
 """
 
 import json
@@ -46,7 +47,7 @@ def main(arguments):
     if (record.folder / "tentative.parquet").exists():
         page |= {table: lists(record, table) for table in ("detections", "tentative", "truth")}
     if (record.folder / "agents.parquet").exists():
-        page |= {"agents": [agents(record, time) for time in times], "agent_events": Counter(row.agent for row in record.rows("agent_events"))}
+        page |= {"agents": [agents(record, time) for time in times], "agent_events": agent_events(record)}
     json.dump(page, sys.stdout, default=lambda number: number.item(), allow_nan=False)
     return 0
 
@@ -72,6 +73,18 @@ def columns(times, rows):
 def recorded(row):
     """Returns the columns of the record in a row."""
     return {name: value for name, value in vars(row).items() if not isinstance(value, np.ndarray)}
+
+
+def agent_events(record):
+    """Returns the number of events of each agent, and of those that are no part of a team state."""
+    own, first = Counter(), {}
+    for row in record.rows("agents"):
+        first[row.time_us] = min(row.agent, first.get(row.time_us, row.agent))
+    outside = sum(map(len, record.events.values()))
+    for row in record.rows("agent_events"):
+        own[row.agent] += 1
+        outside -= row.agent == first[row.time_us]
+    return {agent: count + outside for agent, count in own.items()}
 
 
 def agents(record, time):

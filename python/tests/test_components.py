@@ -365,10 +365,10 @@ def test_optional_arguments_of_steer() -> None:
     assert led.desired_heading_rad == other.desired_heading_rad != plain.desired_heading_rad
     turning = components.steer([500, 0], 1, [0, 0], distance_m=400, rate_m_s=2, turn_rate_rad_s=0.2, parameters=paper)
     assert turning.turn_rate_rad_s == plain.turn_rate_rad_s
-    straight, turning = [
+    from_straight, from_turn = [
         components.steer([500, 0], 1, [0, 0], distance_m=400, turn_rate_rad_s=rate).turn_rate_rad_s for rate in (0, 0.2)
     ]
-    assert turning < straight
+    assert from_turn < from_straight
     actual = components.Parameters(turn_rate_lag_s=1e-3)
     rates = [
         float(

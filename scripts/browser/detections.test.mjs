@@ -40,9 +40,9 @@ function lonely(all, apart_m) {
 }
 
 /** Detections of the time step with their measured positions. */
-function detections(record) {
-  const uavs = record.rows("uavs", TIME_S);
-  return record.detections[record.times_s.indexOf(TIME_S)].map((row) => {
+function detections(record, time_s) {
+  const uavs = record.rows("uavs", time_s);
+  return record.detections[record.times_s.indexOf(time_s)].map((row) => {
     const { x_m, y_m } = uavs.get(row.uav);
     return { ...row, x_m: x_m + row.range_m * Math.cos(row.bearing_rad), y_m: y_m + row.range_m * Math.sin(row.bearing_rad) };
   });
@@ -55,9 +55,9 @@ inReport("detections and false alarms are drawn at the measured positions, and t
   const kinds = new Set();
   let last;
   /** Points at the detections that are visible, not under a control, and not near another one. */
-  const check = async () => {
+  const check = async (time_s) => {
     const view = await camera(page);
-    for (const one of lonely(detections(record), 26 / view.px_per_m)) {
+    for (const one of lonely(detections(record, time_s), 26 / view.px_per_m)) {
       const { uav, target, range_m, bearing_rad, range_rate_m_s, x_m, y_m } = one;
       const isFalse = target === null;
       const place = await at(page, x_m, y_m);
@@ -76,12 +76,15 @@ inReport("detections and false alarms are drawn at the measured positions, and t
       last = place;
     }
   };
-  await page.getByLabel("Follow").selectOption("run");
-  await check();
-  for (const group of [0, 1]) {
-    await page.getByLabel("Follow").selectOption(`group ${group}`);
-    for (let press = 0; press < 4; press++) await page.keyboard.press("+");
-    await check();
+  for (const time_s of [TIME_S, TIME_S + 20]) {
+    await goTo(page, time_s);
+    await page.getByLabel("Follow").selectOption("run");
+    await check(time_s);
+    for (const group of [0, 1]) {
+      await page.getByLabel("Follow").selectOption(`group ${group}`);
+      for (let press = 0; press < 4; press++) await page.keyboard.press("+");
+      await check(time_s);
+    }
   }
   const count = (isFalse) => [...kinds].filter((kind) => kind.startsWith(`${isFalse}`)).length;
   assert.ok(count(true) >= 2 && count(false) >= 2, `UAVs with detections and false alarms: ${[...kinds]}`);
