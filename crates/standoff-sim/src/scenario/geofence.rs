@@ -639,7 +639,11 @@ mod tests {
                 "is a Shapefile; must be GeoJSON, a plan of QGroundControl or KML; convert it to GeoJSON, with",
             ),
             (b"\x1f\x8b\x08\0\0", "is compressed with gzip; decompress it first"),
-            (b"PK\x03\x04", "is compressed with zip, as KMZ is; decompress it first, with unzip"),
+            (b"PK\x03\x04", "is compressed with zip"),
+            (
+                b"PK\x03\x04\x14\0\0\0\x08\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\x07\0\0\0doc.kml",
+                "is KMZ; must be GeoJSON, a plan of QGroundControl or KML; convert it to GeoJSON, with ogr2ogr",
+            ),
         ] {
             fs::write(folder.path().join("z"), bytes).unwrap();
             let error = of_toml("[[geofence]]\nfile = \"z\"\n", folder.path()).unwrap_err();

@@ -512,7 +512,10 @@ mod tests {
     fn times_that_go_back_are_refused_with_the_cause() {
         let drive = |from: i64| (0..12).map(|n| format!("{},car,{n},0\n", from + n)).collect::<String>();
         for (rows, expected) in [
-            ("2,car,0,0\n1,car,1,0\n".to_owned(), "sort them; if two vehicles have one name, give each its own"),
+            (
+                "2,car,0,0\n1,car,1,0\n".to_owned(),
+                "sort them; if two vehicles have one name, give each its own; if a clock was put back, correct",
+            ),
             (drive(0) + "0,car,5,5\n", "the vehicle starts again: if two vehicles have one name, give each its own;"),
             (drive(86_380) + "3,car,13,0\n", "the seconds of a day start again: add 86400 s to these times"),
             (drive(1_777_885_200) + "1158570013,car,1,0\n", "the week number of GPS starts again after 1024 weeks"),

@@ -126,18 +126,18 @@ impl Gpx {
         if let Some(vehicle) = &self.vehicle {
             return Ok(vehicle.clone());
         }
-        let name = match self.name.trim() {
-            "" => format!("track {}", self.tracks),
-            name => name.to_owned(),
-        };
+        // No other track has the name of a track without one.
+        let given = self.name.trim().to_owned();
+        let name = if given.is_empty() { format!("track {}", self.tracks) } else { given.clone() };
         self.builder.check_name("name", &name)?;
-        let is_new = !self.vehicles.contains_key(&name);
-        if is_new && self.taken.contains(&name) {
+        if !given.is_empty() && !self.vehicles.contains_key(&name) && self.taken.contains(&name) {
             self.renumber(&name);
         }
-        let vehicle = if is_new { name.clone() } else { self.numbered(&name) };
+        let vehicle = if self.taken.contains(&name) { self.numbered(&name) } else { name.clone() };
         self.taken.insert(vehicle.clone());
-        self.vehicles.entry(name).or_default().push(vehicle.clone());
+        if !given.is_empty() {
+            self.vehicles.entry(name).or_default().push(vehicle.clone());
+        }
         self.vehicle = Some(vehicle.clone());
         Ok(vehicle)
     }
@@ -154,6 +154,7 @@ impl Gpx {
         let Some(name) = self.vehicles.iter().find(is_numbered).map(|(name, _)| name.clone()) else { return };
         let renamed = self.numbered(&name);
         self.builder.join(&[renamed.clone(), vehicle.to_owned()]);
+        self.taken.remove(vehicle);
         self.taken.insert(renamed.clone());
         let of_name = self.vehicles.entry(name).or_default().iter_mut().find(|other| *other == vehicle);
         if let Some(other) = of_name {
@@ -298,6 +299,23 @@ mod tests {
         let three = read(&(track(0, 9) + &track(3, 12) + &numbered)).unwrap();
         let shown: Vec<_> = three.vehicles.iter().map(|vehicle| (vehicle.name(), vehicle.samples())).collect();
         assert_eq!(shown, [("Morning drive", 9), ("Morning drive (2)", 4), ("Morning drive (3)", 9)]);
+    }
+
+    #[test]
+    fn a_track_without_name_is_a_vehicle_of_its_own() {
+        let track = |name: &str, from: u32| {
+            let points: String =
+                (from..from + 3).map(|second| point(second, 44.0 + 1e-4 * f64::from(second))).collect();
+            format!("<trk>{name}<trkseg>{points}</trkseg></trk>")
+        };
+        let named = |name: &str, from: u32| track(&format!("<name>{name}</name>"), from);
+        let names = |tracks: String| {
+            let traffic = read(&tracks).unwrap();
+            traffic.vehicles.iter().map(|vehicle| vehicle.name().to_owned()).collect::<Vec<_>>()
+        };
+        assert_eq!(names(named("track 2", 0) + &track("", 5)), ["track 2", "track 2 (2)"]);
+        let both = named("van", 0) + &track("", 5) + &named("track 2", 10) + &named("track 2", 15);
+        assert_eq!(names(both), ["van", "track 2", "track 2 (2)"]);
     }
 
     #[test]

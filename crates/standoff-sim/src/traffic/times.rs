@@ -114,7 +114,9 @@ impl TimeForm {
              the times after it"
                 .to_owned()
         } else {
-            "sort them; if two vehicles have one name, give each its own".to_owned()
+            "sort them; if two vehicles have one name, give each its own; if a clock was put back, correct the times \
+             after it"
+                .to_owned()
         };
         let [time, last] = [time_us, last_us].map(|time_us| self.shown(time_us));
         format!(

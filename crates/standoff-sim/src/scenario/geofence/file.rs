@@ -40,9 +40,6 @@ pub(super) fn read(
             only_degrees("KML is")?;
             kml::read(bytes, in_degrees("KML is")?)?
         }
-        [b'P', b'K', ..] => {
-            return Err("is compressed with zip, as KMZ is; decompress it first, with unzip".to_owned());
-        }
         [b'Q', b'G', b'C', b' ', ..] => {
             return Err(format!("is a list of waypoints; must be {}; {DRAW_THE_FENCE}", ZONES.formats));
         }
