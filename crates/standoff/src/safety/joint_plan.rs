@@ -172,7 +172,7 @@ impl<'a> JointPlan<'a> {
     /// True if the geofence allows a path of a UAV.
     fn is_clear<'b>(&self, index: usize, path: impl FnOnce() -> &'b Path) -> bool {
         let Some((geofence, outlines)) = self.own.geofence.zip(self.outlines.get(index)) else { return true };
-        let of = if self.planned[index].uav == self.own.id { Of::Choice } else { Of::Flown };
+        let of = if self.planned[index].uav == self.own.id { Of::Avoidance } else { Of::Flown };
         outlines.are_far() || geofence.is_clear(path(), outlines, of)
     }
 

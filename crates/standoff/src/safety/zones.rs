@@ -56,8 +56,10 @@ impl Outlines {
 /// Use of a path; it decides the margin for errors of the prediction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Of {
-    /// A command that the UAV may choose, with this margin.
-    Choice,
+    /// A command without other aircraft near. It may be that of a path, and change until the next decision.
+    Path,
+    /// A command that keeps clear of other aircraft. A larger margin would forbid fallbacks that teammates count on.
+    Avoidance,
     /// A path that the UAV or a teammate flies anyway.
     Flown,
 }
@@ -127,7 +129,7 @@ impl Geofence {
     #[cfg_attr(feature = "research", visibility::make(pub))]
     pub(crate) fn lacking_room(&self, uav: &UavParams, period: Duration, wind_m_s: f64) -> Option<[f64; 2]> {
         let model = FallbackModel::over_ground(Airframe::new(*uav, wind_m_s), period.s());
-        let required_m = model.nominal_circle_m() + margin_m(&model, Of::Choice);
+        let required_m = model.nominal_circle_m() + margin_m(&model, Of::Path);
         self.lacking_room_m(required_m).map(|found_m| [found_m, required_m])
     }
 }
@@ -135,7 +137,11 @@ impl Geofence {
 /// Clearance of the points of a path from outlines, m. Covers the deviation of the path between two points.
 fn margin_m(model: &FallbackModel, of: Of) -> f64 {
     let airframe = &model.airframe;
-    let errors_m = if of == Of::Choice { airframe.wind_error_m() + airframe.path_error_m() } else { 0.0 };
+    let errors_m = match of {
+        Of::Path => airframe.wind_error_m() + airframe.path_error_m(),
+        Of::Avoidance => airframe.wind_error_m(),
+        Of::Flown => 0.0,
+    };
     MARGIN_M + model.sagitta_m() + errors_m
 }
 
@@ -144,7 +150,7 @@ impl GeofenceSafety {
         let model = FallbackModel::over_ground(airframe, period_s);
         let fastest_m_s = airframe.uav.speed_max_m_s();
         let circle_m = 2.0 * airframe.circle_m(fastest_m_s, airframe.wind_m_s);
-        let reach_margin_m = MARGIN_M + margin_m(&model, Of::Choice);
+        let reach_margin_m = MARGIN_M + margin_m(&model, Of::Path);
         Self {
             detours: DetourPlanner::of(geofence, airframe.over_ground()),
             reach_m: airframe.fastest_over_ground_m_s() * (period_s + model.settled_s()) + circle_m + reach_margin_m,
@@ -183,7 +189,7 @@ impl GeofenceSafety {
     pub(crate) fn is_safe(&self, own: &Motion) -> bool {
         let sides = self.sides_near(own);
         let turns = Sense::BOTH.map(|sense| self.model.path(own, self.model.command(own, sense, None), sense));
-        let is_clear = |path: &Path| self.forbidding_zone_of(path, &sides, Of::Choice).is_none();
+        let is_clear = |path: &Path| self.forbidding_zone_of(path, &sides, Of::Path).is_none();
         self.geofence().contains(own.state.position) && self.model.can_circle(own) && turns.iter().any(is_clear)
     }
 
@@ -194,7 +200,7 @@ impl GeofenceSafety {
         if sides.is_empty() {
             return None;
         }
-        let least_m2 = self.least_m2(Of::Choice);
+        let least_m2 = self.least_m2(Of::Avoidance);
         let paths = Sense::BOTH.map(|sense| self.model.path(own, command, sense));
         let [left, right] = [0, 1].map(|index| Closest::of(&paths[index], &sides, least_m2).squared_m2);
         let kept = plan.filter(|_| left.max(right) < least_m2).map(|plan| plan.after_s(period_s));
@@ -216,8 +222,8 @@ impl GeofenceSafety {
         if sides.is_empty() {
             return None;
         }
-        let zone = self.forbidding_zone_of(&self.model.path(own, command, Sense::Left), sides, Of::Choice)?;
-        self.forbidding_zone_of(&self.model.path(own, command, Sense::Right), sides, Of::Choice).map(|_| zone)
+        let zone = self.forbidding_zone_of(&self.model.path(own, command, Sense::Left), sides, Of::Path)?;
+        self.forbidding_zone_of(&self.model.path(own, command, Sense::Right), sides, Of::Path).map(|_| zone)
     }
 
     /// Index of the zone whose outline a path comes near.

@@ -418,7 +418,7 @@ fn avoidance_keeps_to_the_geofence() {
         let (desired, _) = safety.make_safe(&steady(&own), courses.command(3, &own), None);
         let (command, _) = avoidance.avoid(Intent::held(desired), None, others, &courses);
         let (motion, outlines) = (steady(&own), safety.outlines(&steady(&own)));
-        let is_clear = |sense| safety.is_clear(&safety.model.path(&motion, command, sense), &outlines, Of::Choice);
+        let is_clear = |sense| safety.is_clear(&safety.model.path(&motion, command, sense), &outlines, Of::Avoidance);
         assert!(Sense::BOTH.into_iter().any(is_clear), "case {case}: {command:?}");
         safe += 1;
         changed += usize::from(command != desired);
