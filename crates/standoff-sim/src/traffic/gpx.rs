@@ -126,7 +126,7 @@ impl Gpx {
         if let Some(vehicle) = &self.vehicle {
             return Ok(vehicle.clone());
         }
-        // No other track has the name of a track without one.
+        // A track without a name is never joined to another one.
         let given = self.name.trim().to_owned();
         let name = if given.is_empty() { format!("track {}", self.tracks) } else { given.clone() };
         self.builder.check_name("name", &name)?;
@@ -302,7 +302,7 @@ mod tests {
     }
 
     #[test]
-    fn a_track_without_name_is_a_vehicle_of_its_own() {
+    fn a_track_without_a_name_is_a_separate_vehicle() {
         let track = |name: &str, from: u32| {
             let points: String =
                 (from..from + 3).map(|second| point(second, 44.0 + 1e-4 * f64::from(second))).collect();

@@ -19,8 +19,8 @@ use crate::message_log::teammates::TeammateLog;
 /// not be received.
 const OTHERS_AFTER: i64 = 4;
 
-/// Number of time steps for which a cue is repeated without an answer. Its source sends it only once, and the team's
-/// groups differ while a teammate lacks it.
+/// Maximum age of a cue that is repeated without an answer, time steps. Its source sends it only once, and the groups
+/// of the agents differ while one of them lacks it.
 const REPEAT_CUES_FOR: i64 = 8;
 
 /// Maximum number of recorded retransmissions; entries beyond it may be sent twice.
