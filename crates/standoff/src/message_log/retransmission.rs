@@ -246,9 +246,19 @@ impl MessageLog {
     /// True if it is this agent's turn to repeat a cue. All live agents take turns, because no list shows yet which of
     /// them have it.
     fn is_mine_to_repeat(&self, number: i64, (now, sender_count): (i64, usize)) -> bool {
-        let live = || self.teammates.iter().filter(|other| self.is_live(other, now));
-        let turn = (now + number).rem_euclid(live().count().max(1) as i64);
-        live().cycle().skip(turn as usize).take(sender_count).any(|other| other.uav == self.own)
+        let live = self.teammates.iter().filter(|other| self.is_live(other, now));
+        self.is_own_turn(live, now + number, sender_count)
+    }
+
+    /// True if this agent is one of the `count` candidates from number `turn` on, counted in a circle.
+    fn is_own_turn<'a>(
+        &self,
+        candidates: impl Iterator<Item = &'a TeammateLog> + Clone,
+        turn: i64,
+        count: usize,
+    ) -> bool {
+        let first = turn.rem_euclid(candidates.clone().count().max(1) as i64);
+        candidates.cycle().skip(first as usize).take(count).any(|other| other.uav == self.own)
     }
 
     /// True if it is this agent's turn to retransmit an entry that a teammate lacks.
@@ -281,9 +291,8 @@ impl MessageLog {
                 || other.received(source).iter().any(|run| run.from <= number && number <= run.to)
         };
         let is_candidate = |other: &&TeammateLog| other.uav != peer.uav && MessageSource::Uav(other.uav) != source;
-        let holders = || self.teammates.iter().filter(is_candidate).filter(is_live).filter(holds);
-        let turn = (now + number).rem_euclid(holders().count().max(1) as i64);
-        holders().cycle().skip(turn as usize).take(others).any(|other| other.uav == self.own)
+        let holders = self.teammates.iter().filter(is_candidate).filter(is_live).filter(holds);
+        self.is_own_turn(holders, now + number, others)
     }
 }
 
