@@ -4,12 +4,11 @@
 //! LF, CRLF or CR.
 //!
 //! **SUMO floating-car data** (`sumo --fcd-output`): `<fcd-export>` contains `<timestep time>` (s, strictly
-//! increasing), which contains `<vehicle id x y speed angle>`. `x`, `y` are metres east and north, or longitude and
+//! increasing), which contains `<vehicle id x y>`. `x`, `y` are metres east and north, or longitude and
 //! latitude in degrees (`--fcd-output.geo`), of the middle of the FRONT bumper, and are used as the vehicle's position.
-//! `speed` (m/s) and `angle` (degrees clockwise from north) give the velocity if both are present. Persons and containers
-//! are targets on request. Other elements are ignored, unless they are traffic that is misspelt or out of place. SUMO's
-//! CSV and Parquet are read, too (`timestep_time`, `vehicle_id`, `vehicle_x`, `vehicle_y`; CSV also `vehicle_speed` and
-//! `vehicle_angle`). If the first row is a person or a container, SUMO names the columns of all rows after it.
+//! The velocity is the mean motion over a second, as in all files: SUMO's `speed` is the mean over the step before, half a
+//! step ahead of the positions, and its `angle` may be from grid north. Persons and containers are targets on request. Other elements are ignored, unless they are traffic that is misspelt or out of place. SUMO's
+//! CSV and Parquet are read, too (`timestep_time`, `vehicle_id`, `vehicle_x`, `vehicle_y`). If the first row is a person or a container, SUMO names the columns of all rows after it.
 //!
 //! **CSV tracks**: a header names the columns (upper or lower case, any order; other columns are ignored), followed by
 //! one row per vehicle and time. Rows need not be sorted, but the times of each vehicle must increase; of samples at one

@@ -54,7 +54,7 @@ const XML: [&str; 43] = [
     "<kml>",
 ];
 
-const CSV: [&str; 40] = [
+const CSV: [&str; 39] = [
     ",",
     ",,",
     "\n",
@@ -92,7 +92,6 @@ const CSV: [&str; 40] = [
     "null",
     "frame",
     "vehicle_type",
-    "vehicle_speed",
     "DEFAULT_PEDTYPE",
     "xCenter",
 ];

@@ -353,7 +353,7 @@ mod tests {
     const HOUR_US: i64 = 3_600_000_000;
 
     fn sample(time_us: i64, x: f64, y: f64) -> Sample {
-        Sample { time_us, x, y, velocity: [0.0; 2] }
+        Sample { time_us, x, y }
     }
 
     fn traffic(samples: &[(&str, i64)], gap_s: Option<f64>) -> Traffic {

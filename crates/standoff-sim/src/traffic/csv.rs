@@ -15,7 +15,7 @@ use standoff_io::text_source::{Fault, Lines};
 
 use super::build::Builder;
 use super::model::{COORDINATES_HELP, Coordinates, Options, Persons, TRAFFIC, Traffic};
-use super::validate::{self, ANGLE, Quantity, SPEED};
+use super::validate::{self, Quantity};
 use super::vehicle::Sample;
 pub(super) use clock::Clock;
 use clock::Numbers;
@@ -51,9 +51,6 @@ const LON: &[&str] = &["lon_deg", "lon", "longitude", "longitude_deg", "lng", "l
 const TYPE: &[&str] = &["vehicle_type", "person_type", "container_type", "type"];
 const LANE: &[&str] = &["vehicle_lane", "person_lane", "container_lane", "lane"];
 const EDGE: &[&str] = &["vehicle_edge", "person_edge", "container_edge", "edge"];
-/// Columns of SUMO with the velocity.
-const SUMO_SPEED: &[&str] = &["vehicle_speed", "person_speed", "container_speed"];
-const SUMO_ANGLE: &[&str] = &["vehicle_angle", "person_angle", "container_angle"];
 /// Columns of loggers with the hemisphere of a latitude and of a longitude.
 const NORTH_SOUTH: &[&str] = &["n/s", "ns", "n_s", "lat_ref", "latitude_ref", "lat_dir", "latitude_direction"];
 const EAST_WEST: &[&str] = &["e/w", "ew", "e_w", "lon_ref", "longitude_ref", "lon_dir", "longitude_direction"];
@@ -134,12 +131,7 @@ pub(super) fn read(lines: Lines<impl Read>, options: &Options) -> Result<Traffic
         if let Some(set) = columns.set {
             (x, y) = set.metres(x, y);
         }
-        let velocity = match &columns.motion {
-            Some([speed, angle]) => validate::velocity(number(speed, &SPEED)?, number(angle, &ANGLE)?),
-            None => [f32::NAN; 2],
-        };
-        let sample = Sample { time_us, x, y, velocity };
-        builder.add(name, sample).map_err(|message| in_field(&columns.time, message))?;
+        builder.add(name, Sample { time_us, x, y }).map_err(|message| in_field(&columns.time, message))?;
     }
     columns.check_vehicles(&builder)?;
     let unit = columns.unit(&builder, options)?;
@@ -183,8 +175,6 @@ struct Columns {
     box_size: Option<[Column; 2]>,
     /// Unit of `x` and `y`; `Auto` if only the motion shows it.
     coordinates: Coordinates,
-    /// Speed and angle, in tables of SUMO.
-    motion: Option<[Column; 2]>,
     /// Type, lane and edge, in tables of SUMO.
     of_sumo: [Option<Column>; 3],
     /// Hemispheres of latitude and longitude.
@@ -222,7 +212,6 @@ impl Columns {
             })
         };
         let of_sumo = of_sumo(column);
-        let motion = column(SUMO_SPEED).zip(column(SUMO_ANGLE)).map(|(speed, angle)| [speed, angle]);
         let count = header.len();
         if let Some(set) = DataSet::with(&header) {
             // The data set was recognised by these columns.
@@ -240,7 +229,6 @@ impl Columns {
                 y,
                 box_size,
                 coordinates: Coordinates::Metres,
-                motion,
                 of_sumo,
                 hemispheres: [None, None],
                 preferred: Vec::new(),
@@ -266,7 +254,7 @@ impl Columns {
             _ => [None, None],
         };
         let (box_size, set) = (None, None);
-        Ok(Self { count, time, vehicle, x, y, box_size, coordinates, motion, of_sumo, hemispheres, preferred, set })
+        Ok(Self { count, time, vehicle, x, y, box_size, coordinates, of_sumo, hemispheres, preferred, set })
     }
 
     /// Rejects a latitude or longitude in the south or west whose sign is in a column of its own.

@@ -11,7 +11,7 @@ use standoff_io::text_source::{Fault, Position};
 
 use super::build::Builder;
 use super::model::{COORDINATES_HELP, Coordinates, Options, Persons, Traffic};
-use super::validate::{self, ANGLE, Quantity, SPEED};
+use super::validate::{self, Quantity};
 use super::vehicle::{self, Sample};
 
 /// Part of SUMO's header comment for a file in degrees.
@@ -30,10 +30,7 @@ const MAX_OTHERS: usize = 1_000;
 
 /// Creates the error of a missing attribute.
 fn missing(start: Position, element: &str, key: &str) -> Fault {
-    Fault::at(
-        start,
-        format!("{element}: {key} is missing; must be an attribute; have SUMO write id, x, y, speed and angle"),
-    )
+    Fault::at(start, format!("{element}: {key} is missing; must be an attribute; have SUMO write id, x and y"))
 }
 
 fn out_of_place(element: &str, start: Position) -> Fault {
@@ -162,15 +159,13 @@ impl Fcd {
     }
 
     fn vehicle(&mut self, element: &BytesStart<'_>, start: Position, time_us: i64) -> Result<(), Fault> {
-        let [id, x, y, speed, angle] = attributes(element, start, ["id", "x", "y", "speed", "angle"])?;
+        let [id, x, y] = attributes(element, start, ["id", "x", "y"])?;
         let id = id.ok_or_else(|| missing(start, "vehicle", "id"))?;
         id.read(|name| self.builder.check_name("id", name))?;
         let vehicle = || format!("vehicle {}", quoted(&id.text));
-        let read = |key: &str, found: &Found<'_>, quantity: &Quantity| {
-            found.read(|text| quantity.parse(key, text).map_err(|message| format!("{}: {message}", vehicle())))
-        };
         let need = |key: &str, found: Option<Found<'_>>, quantity: &Quantity| {
-            read(key, &found.ok_or_else(|| missing(start, &vehicle(), key))?, quantity)
+            let found = found.ok_or_else(|| missing(start, &vehicle(), key))?;
+            found.read(|text| quantity.parse(key, text).map_err(|message| format!("{}: {message}", vehicle())))
         };
         if let [Some(x), Some(y)] = [&x, &y].map(|found| found.as_ref().and_then(|found| validate::raw(&found.text)))
             && validate::is_unknown(self.coordinates, [x, y])
@@ -180,14 +175,7 @@ impl Fcd {
         }
         let [x_kind, y_kind] = validate::axes(self.coordinates);
         let (x, y) = (need("x", x, &x_kind)?, need("y", y, &y_kind)?);
-        let speed = speed.map(|found| read("speed", &found, &SPEED)).transpose()?;
-        let angle = angle.map(|found| read("angle", &found, &ANGLE)).transpose()?;
-        let velocity = match (speed, angle) {
-            (Some(speed_m_s), Some(angle_deg)) => validate::velocity(speed_m_s, angle_deg),
-            _ => [f32::NAN; 2],
-        };
-        let sample = Sample { time_us, x, y, velocity };
-        self.builder.add(&id.text, sample).map_err(|message| Fault::at(start, message))
+        self.builder.add(&id.text, Sample { time_us, x, y }).map_err(|message| Fault::at(start, message))
     }
 
     pub(super) fn finish(self, options: &Options) -> Result<Traffic, Fault> {
@@ -244,20 +232,9 @@ mod tests {
         let near = |state: VehicleState, vx: f64, vy: f64| {
             assert!((state.vx_m_s - vx).abs() < 1e-6 && (state.vy_m_s - vy).abs() < 1e-6, "{state:?}");
         };
-        near(state(1_250_000_000), 8.0, 0.0);
-        near(state(1_250_500_000), 4.0, -2.0);
-        near(state(1_251_000_000), 0.0, -4.0);
-    }
-
-    #[test]
-    fn without_speed_or_angle_the_velocity_is_the_slope() {
-        for extra in ["", "speed=\"3\"", "angle=\"3\""] {
-            let traffic = read(&format!(
-                "<fcd-export><timestep time=\"0\"><vehicle id=\"a\" x=\"0\" y=\"0\" {extra}/></timestep>\
-                 <timestep time=\"0.5\"><vehicle id=\"a\" x=\"1\" y=\"-2\" {extra}/></timestep></fcd-export>"
-            ));
-            let state = traffic.unwrap().vehicles[0].at(0).unwrap();
-            assert_eq!((state.vx_m_s, state.vy_m_s), (2.0, -4.0));
+        // Not the stated speeds and angles.
+        for half_second in 0..=2 {
+            near(state(1_250_000_000 + half_second * 500_000), 8.0, 0.0);
         }
     }
 
@@ -337,8 +314,6 @@ mod tests {
             (r#"<vehicle id="v" x="abc" y="0"/>"#, r#"f.xml:2:17: vehicle "v": x = "abc" is not a number; -1"#),
             ("<vehicle id=\"v\" x=\"0\"\n y=\"NaN\"/>", r#"f.xml:3:2: vehicle "v": y = "NaN" is not finite; -1"#),
             (r#"<vehicle id="v" x="0" y="-1e9"/>"#, r#"f.xml:2:23: vehicle "v": y = "-1e9" is out of range"#),
-            (r#"<vehicle id="é" x="0" y="0" speed="-1"/>"#, r#"f.xml:2:29: vehicle "é": speed = "-1" is out of"#),
-            (r#"<vehicle id="v" x="0" y="0" angle="N"/>"#, r#"f.xml:2:29: vehicle "v": angle = "N" is not a n"#),
             (r#"<vehicle x="0" y="0"/>"#, "f.xml:2:1: vehicle: id is missing"),
             (r#"<vehicle id="v" y="0"/>"#, r#"f.xml:2:1: vehicle "v": x is missing"#),
             (r#"<vehicle id="v" x="0"/>"#, r#"f.xml:2:1: vehicle "v": y is missing"#),

@@ -115,7 +115,7 @@ impl Elements for Gpx {
         if std::mem::take(&mut self.begins_segment) {
             self.builder.begin_segment(&vehicle, time_us);
         }
-        let sample = Sample { time_us, x: lon, y: lat, velocity: [f32::NAN; 2] };
+        let sample = Sample { time_us, x: lon, y: lat };
         self.builder.add(&vehicle, sample).map_err(fault)
     }
 }

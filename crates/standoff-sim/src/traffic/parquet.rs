@@ -118,7 +118,7 @@ pub(super) fn read(path: &Path, options: &Options) -> Result<Traffic, Fault> {
         let [x_kind, y_kind] = validate::axes(options.coordinates);
         let x = x_kind.check("vehicle_x", &x.to_string(), Some(x)).map_err(in_row)?;
         let y = y_kind.check("vehicle_y", &y.to_string(), Some(y)).map_err(in_row)?;
-        builder.add(&vehicle, Sample { time_us, x, y, velocity: [f32::NAN; 2] }).map_err(in_row)?;
+        builder.add(&vehicle, Sample { time_us, x, y }).map_err(in_row)?;
     }
     let unit = builder.unit(options.coordinates);
     builder.finish(unit, options).map_err(Fault::whole)

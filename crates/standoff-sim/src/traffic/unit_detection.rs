@@ -64,12 +64,7 @@ mod tests {
 
     /// Paths of vehicles with a sample every second.
     fn shown(paths: &[&[(f64, f64)]]) -> Option<Unit> {
-        let sample = |(second, &(x, y)): (i64, &(f64, f64))| Sample {
-            time_us: second * 1_000_000,
-            x,
-            y,
-            velocity: [f32::NAN; 2],
-        };
+        let sample = |(second, &(x, y)): (i64, &(f64, f64))| Sample { time_us: second * 1_000_000, x, y };
         let vehicles: Vec<Vec<Sample>> = paths.iter().map(|path| (0..).zip(*path).map(sample).collect()).collect();
         shows(vehicles.iter())
     }
@@ -107,7 +102,7 @@ mod tests {
 
     #[test]
     fn samples_hours_apart_are_no_evidence() {
-        let sample = |hour: i64, x| Sample { time_us: hour * 3_600_000_000, x, y: 0.0, velocity: [f32::NAN; 2] };
+        let sample = |hour: i64, x| Sample { time_us: hour * 3_600_000_000, x, y: 0.0 };
         assert_eq!(shows([vec![sample(0, 0.0), sample(24, 1.0)]].iter()), None, "a metre or 111 km in a day");
     }
 

@@ -1,10 +1,8 @@
 //! Checks the single values of traffic files and describes what is wrong.
 
-use standoff::research::math;
 use standoff_io::display_text::quoted;
 
 use super::Coordinates;
-use super::limits::MAX_SPEED_M_S;
 
 /// A kind of number: its range, and the advice if a value is outside it.
 pub(super) struct Quantity {
@@ -47,17 +45,6 @@ pub(super) const GPX_AXES: [Quantity; 2] = [
     Quantity { advice: "correct the point or remove it", ..LONGITUDE },
     Quantity { advice: "correct the point or remove it", ..LATITUDE },
 ];
-/// Forward speed.
-pub(super) const SPEED: Quantity =
-    Quantity { low: 0.0, high: MAX_SPEED_M_S, unit: "m/s", advice: "leave out speed to compute it from the positions" };
-/// Heading.
-pub(super) const ANGLE: Quantity = Quantity {
-    low: -360.0,
-    high: 360.0,
-    unit: "degrees clockwise from north",
-    advice: "leave out angle to compute it from the positions",
-};
-
 /// Returns the quantities of x and y.
 pub(super) fn axes(coordinates: Coordinates) -> [Quantity; 2] {
     match coordinates {
@@ -136,12 +123,6 @@ fn has_thousands(text: &str) -> bool {
         && groups.all(|group| group.len() == 3 && is_digits(group))
 }
 
-/// Returns the velocity east and north, m/s, from SUMO's speed and its angle clockwise from north.
-pub(super) fn velocity(speed_m_s: f64, angle_deg: f64) -> [f32; 2] {
-    let angle = angle_deg.to_radians();
-    [(speed_m_s * math::sin(angle)) as f32, (speed_m_s * math::cos(angle)) as f32]
-}
-
 /// Parses `text`, the value of `key`, as a time in seconds; returns microseconds.
 pub(super) fn time_us(key: &str, text: &str) -> Result<i64, String> {
     Ok((TIME.parse(key, text)? * 1e6).round() as i64)
@@ -200,13 +181,9 @@ mod tests {
 
     #[test]
     fn every_quantity_has_its_range() {
-        for (quantity, inside, outside) in [
-            (&METRES_OR_DEGREES, "-1e8", "-1.1e8"),
-            (&LATITUDE, "-90", "90.1"),
-            (&LONGITUDE, "360", "-180.1"),
-            (&SPEED, "0", "-0.1"),
-            (&ANGLE, "-360", "361"),
-        ] {
+        for (quantity, inside, outside) in
+            [(&METRES_OR_DEGREES, "-1e8", "-1.1e8"), (&LATITUDE, "-90", "90.1"), (&LONGITUDE, "360", "-180.1")]
+        {
             assert!(quantity.parse("key", inside).is_ok());
             assert!(quantity.parse("key", outside).is_err());
         }

@@ -11,6 +11,10 @@ pub(super) fn seconds(time_us: i64) -> f64 {
 const PARKED_M: f64 = 10.0;
 /// Speed below which a vehicle that is not sampled is parked, m/s.
 const PARKED_M_S: f64 = 0.5;
+/// Half of the time over which a velocity is the mean, microseconds: SUMO changes lanes in one time step, and positions
+/// are rounded. The speeds that SUMO writes are not used: they are means over the step before, half a step ahead of the
+/// positions.
+const HALF_WINDOW_US: i64 = 500_000;
 
 /// One vehicle at one time.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,8 +22,6 @@ pub(super) struct Sample {
     pub(super) time_us: i64,
     pub(super) x: f64,
     pub(super) y: f64,
-    /// NaN if it is to be computed from the positions. Single precision keeps large files small.
-    pub(super) velocity: [f32; 2],
 }
 
 impl Sample {
@@ -79,10 +81,8 @@ pub struct Vehicle {
 }
 
 impl Vehicle {
-    /// Creates a vehicle from samples in metres by strictly increasing time; samples without a velocity get the slope
-    /// of the positions.
+    /// Creates a vehicle from samples in metres by strictly increasing time.
     pub(super) fn new(name: String, mut samples: Vec<Sample>, gaps: Gaps) -> Self {
-        fill_velocities(&mut samples, &gaps);
         samples.shrink_to_fit();
         Self { name, samples, gaps }
     }
@@ -95,10 +95,9 @@ impl Vehicle {
         crc.update(self.name.as_bytes());
         crc.update(&self.gaps.limit_us.to_le_bytes());
         self.gaps.breaks_us.iter().for_each(|time_us| crc.update(&time_us.to_le_bytes()));
-        for Sample { time_us, x, y, velocity } in &self.samples {
+        for Sample { time_us, x, y } in &self.samples {
             crc.update(&time_us.to_le_bytes());
             [x, y].into_iter().for_each(|value| crc.update(&value.to_le_bytes()));
-            velocity.iter().for_each(|value| crc.update(&value.to_le_bytes()));
         }
     }
 
@@ -137,49 +136,52 @@ impl Vehicle {
         self.samples.iter().map(|sample| [sample.x, sample.y])
     }
 
-    /// Returns the state at `time_us` (microseconds, on the clock of the file), interpolated linearly between the
-    /// neighbouring samples. `None` before the first sample, after the last, and in gaps.
+    /// Returns the state at `time_us` (microseconds, on the clock of the file): the position is interpolated linearly, and
+    /// the velocity is the mean from half a second before to half a second after. `None` before the first sample, after
+    /// the last, and in gaps.
     pub fn at(&self, time_us: i64) -> Option<VehicleState> {
-        let index = self.samples.partition_point(|sample| sample.time_us < time_us);
-        let after = self.samples.get(index)?;
-        if after.time_us == time_us {
-            return Some(between(after, after, 0.0));
-        }
-        let before = self.samples.get(index.checked_sub(1)?)?;
-        let step_us = after.time_us - before.time_us;
-        let part = (time_us - before.time_us) as f64 / step_us as f64;
-        (!self.gaps.separate(before, after)).then(|| between(before, after, part))
+        let window_us = [time_us.saturating_sub(HALF_WINDOW_US), time_us.saturating_add(HALF_WINDOW_US)];
+        let near = self.samples_near(time_us, window_us)?;
+        let begin_us = window_us[0].max(near.first()?.time_us);
+        let end_us = window_us[1].min(near.last()?.time_us);
+        let (here, begin, end) = (sample_at(near, time_us)?, sample_at(near, begin_us)?, sample_at(near, end_us)?);
+        let mean = |way_m: f64| if end_us > begin_us { way_m / seconds(end_us - begin_us) } else { 0.0 };
+        Some(VehicleState { x_m: here.x, y_m: here.y, vx_m_s: mean(end.x - begin.x), vy_m_s: mean(end.y - begin.y) })
     }
-}
 
-fn between(before: &Sample, after: &Sample, part: f64) -> VehicleState {
-    let mix = |from: f64, to: f64| from + (to - from) * part;
-    let mix_velocity = |axis: usize| mix(before.velocity[axis].into(), after.velocity[axis].into());
-    VehicleState {
-        x_m: mix(before.x, after.x),
-        y_m: mix(before.y, after.y),
-        vx_m_s: mix_velocity(0),
-        vy_m_s: mix_velocity(1),
-    }
-}
-
-/// Fills in missing velocities: the slope between the neighbours that no gap separates, or zero for an isolated sample.
-fn fill_velocities(samples: &mut [Sample], gaps: &Gaps) {
-    for index in 0..samples.len() {
-        let here = samples[index];
-        if !here.velocity[0].is_nan() {
-            continue;
-        }
-        let before = index.checked_sub(1).and_then(|other| samples.get(other));
-        let before = before.filter(|before| !gaps.separate(before, &here)).unwrap_or(&here);
-        let after = samples.get(index + 1).filter(|after| !gaps.separate(&here, after)).unwrap_or(&here);
-        let seconds = (after.time_us - before.time_us) as f64 / 1e6;
-        samples[index].velocity = if seconds > 0.0 {
-            [((after.x - before.x) / seconds) as f32, ((after.y - before.y) / seconds) as f32]
-        } else {
-            [0.0; 2]
+    /// Returns the samples between which the vehicle is present without a gap from `begin_us`, or later, over `time_us` to
+    /// `end_us`, or earlier. `None` if it is absent at `time_us`.
+    fn samples_near(&self, time_us: i64, [begin_us, end_us]: [i64; 2]) -> Option<&[Sample]> {
+        let joined = |index: usize| {
+            let pair = index.checked_sub(1).and_then(|before| self.samples.get(before)).zip(self.samples.get(index));
+            pair.is_some_and(|(before, after)| !self.gaps.separate(before, after))
         };
+        let mut last = self.samples.partition_point(|sample| sample.time_us < time_us);
+        let mut first = last;
+        if self.samples.get(last)?.time_us > time_us {
+            first = joined(last).then(|| last - 1)?;
+        }
+        while self.samples.get(first)?.time_us > begin_us && joined(first) {
+            first -= 1;
+        }
+        while self.samples.get(last)?.time_us < end_us && joined(last + 1) {
+            last += 1;
+        }
+        self.samples.get(first..=last)
     }
+}
+
+/// Interpolates linearly between samples; `None` before the first and after the last.
+fn sample_at(samples: &[Sample], time_us: i64) -> Option<Sample> {
+    let index = samples.partition_point(|sample| sample.time_us < time_us);
+    let after = samples.get(index)?;
+    if after.time_us == time_us {
+        return Some(*after);
+    }
+    let before = samples.get(index.checked_sub(1)?)?;
+    let part = (time_us - before.time_us) as f64 / (after.time_us - before.time_us) as f64;
+    let mix = |from: f64, to: f64| from + (to - from) * part;
+    Some(Sample { time_us, x: mix(before.x, after.x), y: mix(before.y, after.y) })
 }
 
 #[cfg(test)]
@@ -187,7 +189,7 @@ mod tests {
     use super::*;
 
     fn vehicle(samples: &[(i64, f64, f64)], gap_us: i64) -> Vehicle {
-        let samples = samples.iter().map(|&(time_us, x, y)| Sample { time_us, x, y, velocity: [f32::NAN; 2] });
+        let samples = samples.iter().map(|&(time_us, x, y)| Sample { time_us, x, y });
         Vehicle::new("v".to_string(), samples.collect(), Gaps { limit_us: gap_us, ..Gaps::default() })
     }
 
@@ -200,7 +202,7 @@ mod tests {
         let vehicle = vehicle(&[(0, 0.0, 8.0), (1_000_000, 2.0, 8.0), (2_000_000, 8.0, 4.0)], 1_000_000);
         assert_eq!(vehicle.at(0), state(0.0, 8.0, 2.0, 0.0));
         assert_eq!(vehicle.at(1_000_000), state(2.0, 8.0, 4.0, -2.0));
-        assert_eq!(vehicle.at(1_500_000), state(5.0, 6.0, 5.0, -3.0));
+        assert_eq!(vehicle.at(1_500_000), state(5.0, 6.0, 6.0, -4.0));
         assert_eq!(vehicle.at(2_000_000), state(8.0, 4.0, 6.0, -4.0));
         assert_eq!((vehicle.first_us(), vehicle.last_us()), (0, 2_000_000));
     }
@@ -230,7 +232,7 @@ mod tests {
 
     #[test]
     fn a_vehicle_is_absent_before_a_new_segment_unless_it_is_parked() {
-        let sample = |time_us, x| Sample { time_us, x, y: 0.0, velocity: [f32::NAN; 2] };
+        let sample = |time_us, x| Sample { time_us, x, y: 0.0 };
         let gaps = Gaps { limit_us: 10_000_000, breaks_us: vec![2_000_000, 4_000_000] };
         let samples = vec![sample(0, 0.0), sample(2_000_000, 20.0), sample(4_000_000, 20.5)];
         let vehicle = Vehicle::new("v".to_string(), samples, gaps);
@@ -252,10 +254,14 @@ mod tests {
     }
 
     #[test]
-    fn velocities_from_the_file_are_kept() {
-        let sample = |time_us, velocity| Sample { time_us, x: 0.0, y: 0.0, velocity };
-        let samples = vec![sample(0, [3.0, 4.0]), sample(1, [f32::NAN; 2])];
-        let vehicle = Vehicle::new("v".to_string(), samples, Gaps { limit_us: 1, ..Gaps::default() });
-        assert_eq!((vehicle.at(0), vehicle.at(1)), (state(0.0, 0.0, 3.0, 4.0), state(0.0, 0.0, 0.0, 0.0)));
+    fn a_leap_between_close_samples_is_spread_over_the_time_of_the_mean() {
+        let samples: Vec<_> = (0..=40).map(|n| (n * 100_000, n as f64, if n < 20 { 0.0 } else { 3.2 })).collect();
+        let vehicle = vehicle(&samples, 1_000_000);
+        for (time_us, vy_m_s) in
+            [(1_400_000, 0.0), (1_500_000, 3.2), (2_000_000, 3.2), (2_400_000, 3.2), (2_500_000, 0.0)]
+        {
+            let state = vehicle.at(time_us).unwrap();
+            assert!((state.vx_m_s - 10.0).abs() < 1e-9 && (state.vy_m_s - vy_m_s).abs() < 1e-9, "{state:?}");
+        }
     }
 }
