@@ -8,10 +8,7 @@ use standoff_io::display_text::quoted;
 use standoff_sim::scenario::{built_in, built_in_like};
 
 /// Subcommands and options that exist under another name, or as another option: what was typed, and what to use.
-const REPLACEMENTS: [(&str, &str); 9] = [
-    ("show", "standoff report DIR"),
-    ("yardstick", "standoff baseline SCENARIO"),
-    ("--yardstick", "--baseline"),
+const REPLACEMENTS: [(&str, &str); 6] = [
     ("--rate", "--speed FACTOR"),
     ("--schema", "standoff scenarios schema"),
     ("--duration", "--set duration_s=SECONDS"),

@@ -19,14 +19,12 @@ pub struct Declaration {
     pub doc: &'static str,
     /// True if the replay page contains the column.
     pub is_on_page: bool,
-    /// True if the column was added without a new format of records. A record that lacks it is read as if it had nulls.
-    pub is_added: bool,
 }
 
 impl Declaration {
     /// Declares a column that the replay page does not contain.
     pub fn new(name: impl Into<Cow<'static, str>>, doc: &'static str) -> Self {
-        Self { name: name.into(), doc, is_on_page: false, is_added: false }
+        Self { name: name.into(), doc, is_on_page: false }
     }
 
     #[cold]
@@ -366,13 +364,12 @@ pub trait Row: Field + Clone + Default + Send + 'static {
 /// Defines row types and their tables (that of the team, and that of each agent if there is one): one column per field,
 /// with the same name, in this order. A comment before a field gives the meaning and unit of its column;
 /// `docs/record.md` repeats it. `#[on(page)]` adds the column to the data of the replay page.
-/// `#[may_be(absent)]` marks an optional column that older records of the same format lack.
 macro_rules! rows {
     ($(
         $(#[doc = $about:literal])+
         $(#[derive($($derive:ident),+)])?
         $vis:vis struct $row:ident in $table:literal $(and $of_agents:literal)? {
-            $($(#[doc = $doc:literal])+ $(#[on($page:ident)])? $(#[may_be($absent:ident)])? pub $field:ident: $type:ty,)+
+            $($(#[doc = $doc:literal])+ $(#[on($page:ident)])? pub $field:ident: $type:ty,)+
         }
     )+) => {$(
         $(#[doc = $about])+
@@ -391,9 +388,8 @@ macro_rules! rows {
                 $(
                     let declaration = Declaration::new(stringify!($field), concat!($($doc),+).trim_ascii());
                     let is_on_page = !concat!($(stringify!($page))?).is_empty();
-                    let is_added = !concat!($(stringify!($absent))?).is_empty();
                     <$type as Field>::declare(
-                        Declaration { is_on_page, is_added, ..declaration }, columns, move |row| &mut part(row).$field);
+                        Declaration { is_on_page, ..declaration }, columns, move |row| &mut part(row).$field);
                 )+
             }
 

@@ -401,7 +401,6 @@ rows! {
         pub track: u32,
         /// Low 53 bits of the team's id of a track without identity, which a double holds exactly; null for tracks with
         /// an identity.
-        #[may_be(absent)]
         pub track_uid: Option<u64>,
     }
 
@@ -485,7 +484,6 @@ rows! {
         /// Bearing from the UAV to the target, rad.
         pub bearing_rad: f64,
         /// Rate of change of the range, due to the motion of both UAV and target, m/s; null if it is not measured.
-        #[may_be(absent)]
         pub range_rate_m_s: Option<f64>,
     }
 
@@ -554,7 +552,6 @@ rows! {
         /// Intruder concerned.
         pub intruder: Option<u32>,
         /// `track_uid` of the track.
-        #[may_be(absent)]
         pub track_uid: Option<u64>,
     }
 
@@ -572,7 +569,6 @@ rows! {
         /// Their total size, bytes.
         pub sent_bytes: u64,
         /// True if retransmissions wait, because their budget of this time step is spent.
-        #[may_be(absent)]
         pub retransmission_limited: Option<bool>,
     }
 

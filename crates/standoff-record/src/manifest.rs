@@ -13,7 +13,7 @@ use crate::error::RecordError;
 use crate::frame::ReportedTables;
 
 /// Record format that this version writes and reads. It is incremented when the manifest or a table changes.
-pub const FORMAT: u64 = 6;
+pub const FORMAT: u64 = 7;
 /// File name of the manifest.
 pub(crate) const MANIFEST: &str = "run.json";
 /// Maximum size of a manifest, bytes; typical are 300.

@@ -321,31 +321,11 @@ mod tests {
         assert!(error.contains("events.parquet is damaged: column target is missing"), "{error}");
     }
 
-    /// Records of earlier versions lack the columns that were added without a new format.
-    #[test]
-    fn added_columns_that_are_absent_are_read_as_null() {
-        let old = MeasurementOnly { uav: 3, target: 7, range_m: 400.0, bearing_rad: 1.0 };
-        let row = DetectionRow { uav: 3, target: Some(7), range_m: 400.0, bearing_rad: 1.0, range_rate_m_s: None };
-        assert_eq!(reread(old), Ok(row));
-    }
-
     fn event() -> EventRow {
         EventRow { kind: "lost".to_owned(), target: Some(7), reason: "unseen".to_owned(), ..EventRow::default() }
     }
 
     rows! {
-        /// A detection of an earlier version: always of a target.
-        struct MeasurementOnly in "detections" {
-            /// UAV that measured.
-            pub uav: u32,
-            /// Measured target.
-            pub target: u32,
-            /// Range, m.
-            pub range_m: f64,
-            /// Bearing, rad.
-            pub bearing_rad: f64,
-        }
-
         /// A row with one of the columns of an event.
         struct OneColumn in "events" {
             /// Kind of event.

@@ -16,7 +16,7 @@ use standoff_io::bounded_input;
 use standoff_io::parquet_file::{self, RowBatches, Source};
 
 use crate::RecordError;
-use crate::column::{self, Columns, Declaration, Fault, Row, ValueProblem};
+use crate::column::{self, Columns, Fault, Row, ValueProblem};
 
 /// Rows per row group: limits the memory, whatever the length of the run.
 pub(crate) const GROUP_ROWS: usize = 65_536;
@@ -194,19 +194,13 @@ impl<R: Row> TableReader<R> {
     }
 
     /// Reads these columns from several sources in sequence and skips all other columns; `path` is for error messages.
-    /// Values of added columns that a source lacks are those of the prototype.
     pub fn of(
         path: PathBuf,
         prototype: R,
-        mut columns: Columns<R>,
+        columns: Columns<R>,
         sources: impl IntoIterator<Item = Source>,
     ) -> Result<Self, RecordError> {
         let sources: Vec<Source> = sources.into_iter().collect();
-        columns.retain(|column| {
-            let Declaration { name, is_added, .. } = column.declaration();
-            let has = |source: &Source| source.schema().columns().iter().any(|of_file| of_file.name() == name);
-            !is_added || sources.iter().all(has)
-        });
         let requested = columns.iter().map(|column| (&*column.declaration().name, column.buffer().physical()));
         let requested: Vec<_> = requested.collect();
         let batches = RowBatches::new(sources, &requested).map_err(|error| RecordError::parquet_read(&path, error))?;
@@ -294,7 +288,7 @@ mod tests {
         let home = tempfile::tempdir().unwrap();
         let path = home.path().join("table.parquet");
         let mut columns = Vec::new();
-        f64::declare(Declaration::new("target", ""), &mut columns, |row: &mut Position| &mut row.x_m);
+        f64::declare(column::Declaration::new("target", ""), &mut columns, |row: &mut Position| &mut row.x_m);
         TableWriter::with_columns(path.clone(), columns).unwrap().finish().unwrap();
         let error = TableReader::<TargetRow>::open(path).map(drop).unwrap_err().to_string();
         let expected = "column target has the type DOUBLE, not INT32; save it again with the types that it had";

@@ -29,7 +29,6 @@ mod nees;
 mod per_agent;
 mod per_target;
 mod prediction_error;
-mod renamed;
 #[cfg(test)]
 #[path = "../../standoff-record/tests/common/mod.rs"]
 mod row_fixtures;

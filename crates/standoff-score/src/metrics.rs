@@ -5,7 +5,6 @@ use standoff_io::display_text::{did_you_mean, nearest, quoted};
 use standoff_record::ReportedTables;
 
 use crate::mean;
-use crate::renamed;
 
 /// Worse direction of a metric.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
@@ -404,10 +403,9 @@ impl MetricSelection {
                 "association" => Self::of(&association()).0,
                 "table-2" => Self::of(TABLE_2).0,
                 name if bit(name).is_none() => {
-                    let advice = match (renamed::metric(name), nearest(name, Metrics::NAMES)) {
-                        (Some(now), _) => format!("it is now called `{now}`"),
-                        (None, Some(near)) => did_you_mean(near),
-                        (None, None) => {
+                    let advice = match nearest(name, Metrics::NAMES) {
+                        Some(near) => did_you_mean(near),
+                        None => {
                             format!(
                                 "allowed: standard, limits, association, table-2, all, {}",
                                 Metrics::NAMES.join(", ")

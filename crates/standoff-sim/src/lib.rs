@@ -26,7 +26,6 @@ pub mod navigation;
 mod onboard_computer;
 pub mod radio;
 pub mod random;
-mod renamed;
 pub mod run;
 pub mod scenario;
 pub mod sensors;

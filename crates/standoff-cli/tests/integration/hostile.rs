@@ -436,7 +436,7 @@ fn invalid_manifests_are_refused() {
         (with("\"seed\": 1", "\"seed\": \"\\u001b[2J\""), "invalid type"),
         (with("\"seed\": 1", "\"\\u001b[2J\": 1"), "unknown field"),
         (with("\"duration_s\": ", "\"duration_s\": -"), "is out of range; must be 0e0 to 1e9"),
-        (with("\"format\": 6", "\"format\": 99"), "has record format 99"),
+        (with("\"format\": 7", "\"format\": 99"), "has record format 99"),
         (with("\"time_steps\": ", "\"time_steps\": -"), "invalid value"),
         (vec![b' '; 100_000], "it has 98 KiB; at most 64 KiB"),
         (with("\"seed\": 1", "\"seed\": 1,\n  \"seed\": 1"), "duplicate field `seed` at line 6 column 8"),

@@ -2,8 +2,6 @@
 
 use standoff_io::display_text::nearest;
 
-use crate::renamed;
-
 /// A scenario that is part of the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BuiltIn {
@@ -72,9 +70,6 @@ pub fn built_in(name: &str) -> Option<&'static BuiltIn> {
 /// name.
 pub fn built_in_like(typed: &str) -> Option<String> {
     let typed = typed.strip_suffix(".toml").unwrap_or(typed);
-    if let Some(now) = renamed::scenario(typed) {
-        return Some(format!("it is now called {now}"));
-    }
     let names = || BUILT_IN.iter().map(|scenario| scenario.name);
     let last = |name: &'static str| name.rsplit_once('/').map_or(name, |(_, last)| last);
     let called = |file: &str| names().filter(|name| last(name) == file).collect::<Vec<_>>();

@@ -14,7 +14,6 @@ use toml::{Table, Value};
 use super::parameters::{Parameters, TypedValue, declared, split, tables};
 use super::schema::KEYS;
 use super::schema_types::ScenarioFile;
-use crate::renamed;
 
 /// Maximum number of mistakes; reading stops after that, because a text with more is probably not a scenario.
 pub const MISTAKES_MAX: usize = 20;
@@ -143,8 +142,7 @@ fn take_out_unknown(table: &mut Table, at: &str, mistakes: &mut Vec<Mistake>) {
             inner_tables(&key, value).for_each(|(key, table)| take_out_unknown(table, &key, mistakes));
         } else if mistakes.len() < MISTAKES_MAX {
             let message = format!("{}: there is no such key", printable(&key));
-            let now = renamed::key(&key).map(|now| format!("it is now called `{now}`"));
-            let help = Some(now.unwrap_or_else(|| suggestion(at, typed, &keys)));
+            let help = Some(suggestion(at, typed, &keys));
             mistakes.push(Mistake { left_out: key.clone(), key, message, help });
         }
         is_known
