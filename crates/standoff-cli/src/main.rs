@@ -5,7 +5,6 @@ mod compare;
 mod completions;
 #[cfg_attr(not(feature = "fly"), path = "fly_disabled.rs")]
 mod fly;
-mod frames;
 mod live_view;
 mod maps;
 #[cfg_attr(not(feature = "mcap"), path = "mcap_disabled.rs")]
@@ -85,9 +84,6 @@ enum Command {
     /// Show a run in a browser: a map that replays it, charts and events.
     #[command(after_help = view::EXAMPLES)]
     View(view::Args),
-    /// Draw the map of a recorded run at a series of times, for an animation.
-    #[command(after_help = frames::EXAMPLES)]
-    Frames(frames::Args),
     /// Run the agent of one UAV on its companion computer, behind an ArduPlane autopilot.
     #[command(after_help = fly::EXAMPLES)]
     Fly(fly::Args),
@@ -200,7 +196,6 @@ fn run_command() -> Result<(), Failure> {
             report::show(&dir, metrics.selection(), &maps.named(), json)
         }
         Some(Command::View(args)) => view::view(&args),
-        Some(Command::Frames(args)) => frames::draw(&args),
         Some(Command::Fly(args)) => fly::run(&args),
         Some(Command::Reproduce(args)) => reproduce::reproduce(&args),
         Some(Command::Scenarios { action }) => scenarios::run(action),

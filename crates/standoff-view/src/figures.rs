@@ -7,7 +7,6 @@ mod chart;
 mod collect;
 mod curve;
 mod figure;
-mod frames;
 pub mod study;
 mod style;
 mod symbol;
@@ -19,7 +18,6 @@ mod trajectories;
 use chart::Drawn;
 use collect::Run;
 pub use figure::{DetectionSetup, Figure, FigureError, Setup};
-pub use frames::{Extent, MapFrames};
 use standoff_record::Frame;
 use standoff_score::FrameScorer;
 

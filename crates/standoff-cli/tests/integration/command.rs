@@ -455,58 +455,12 @@ fn wrong_input_is_refused_with_one_clear_message() {
     check_refused(&["report", "mine"], &["mine"]);
     check_refused(&["report", "nowhere"], &["nowhere"]);
     check_refused(&["fly"], &["fly"]);
-    check_refused(&["frames", "mine", "--out", "f"], &["mine"]);
     let tiles = "http://127.0.0.1/{z}/{x}/{y}.png";
     check_refused(&["run", "--tiles", tiles], &["--tiles adds images to the page that --view serves: add --view"]);
     check_refused(&["view", "--tiles", "http://a/{z}/{x}"], &["--tiles", "must contain {y} once"]);
     for command in [&["view", "--no-open"][..], &["run", "--view", "--no-open"]] {
         let arguments = [command, &["--tiles", tiles]].concat();
         check_refused(&arguments, &["--tiles: the run has no geographic coordinates"]);
-    }
-}
-
-#[test]
-fn frames_show_the_map_at_the_requested_times_with_the_same_axes() {
-    let folder = tempfile::tempdir().unwrap();
-    let run = ["run", "tour/04-two-groups", "--set", "duration_s=30", "--out", "r"];
-    assert!(standoff(folder.path(), &run).status.success());
-    let output =
-        standoff(folder.path(), &["frames", "r", "--out", "f", "--from", "10", "--to", "20", "--every", "2.5"]);
-    assert_eq!(text(&output.stdout), "5 frames in f\n", "{}", text(&output.stderr));
-    let files = names(&folder.path().join("f"));
-    assert_eq!(files, (0..5).map(|number| format!("{number:05}.svg")).collect::<Vec<_>>());
-    let frames: Vec<_> =
-        files.iter().map(|name| fs::read_to_string(folder.path().join("f").join(name)).unwrap()).collect();
-    // Numbers at the axes have no decimals and no letters.
-    let texts = |svg: &str| {
-        svg.split("<text")
-            .skip(1)
-            .map(|part| part.split_once('>').unwrap().1.split('<').next().unwrap().trim().to_owned())
-            .collect::<Vec<_>>()
-    };
-    let axes = |svg: &str| {
-        texts(svg)
-            .into_iter()
-            .filter(|text| text.parse::<i32>().is_ok_and(|value| value.abs() >= 100))
-            .collect::<Vec<_>>()
-    };
-    for (number, svg) in frames.iter().enumerate() {
-        assert!(texts(svg).contains(&format!("{:.1} s", 10.0 + 2.5 * number as f64)), "{:?}", texts(svg));
-        assert_eq!(axes(svg), axes(&frames[0]));
-        assert!(axes(svg).len() > 6 && texts(svg).contains(&"UAV, field of view".to_owned()));
-    }
-    assert!(frames.windows(2).all(|pair| pair[0] != pair[1]));
-    for (options, expected) in [
-        (vec!["--every", "0"], "--every 0: must be at least 0.5 s, the length of a time step"),
-        (vec!["--from", "40"], "--from 40: must be a time of the run"),
-        (vec!["--from", "20", "--to", "10"], "--to 10: must be at least --from, 20 s"),
-        (vec!["--out", "f"], "--out f: exists; choose a new folder"),
-    ] {
-        let out = if options[0] == "--out" { vec![] } else { vec!["--out", "g"] };
-        let output = standoff(folder.path(), &[vec!["frames", "r"], options, out].concat());
-        assert_eq!(output.status.code(), Some(2));
-        assert!(text(&output.stderr).contains(expected), "{}", text(&output.stderr));
-        assert!(!folder.path().join("g").exists());
     }
 }
 

@@ -78,11 +78,6 @@ impl Symbol {
         Self::new(24, &[4.0], 0.0, WHITE, colour)
     }
 
-    /// A disc with a white edge; `radius` in px.
-    pub(super) fn disc(radius: f64, colour: RGBColor) -> Self {
-        Self::new(16, &[radius], 0.0, colour, WHITE)
-    }
-
     /// Symbol of the final position of a UAV, with its number.
     pub(super) fn end(colour: RGBColor, word: String) -> Self {
         Self { word, ..Self::new(24, &[8.0], 0.0, colour, WHITE) }

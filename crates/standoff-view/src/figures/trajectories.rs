@@ -53,7 +53,7 @@ const START: &str = "UAV at the start";
 /// Colour of zone outlines.
 const ZONE: RGBColor = RGBColor(196, 38, 29);
 /// Colour of objects in no group.
-pub(super) const NO_GROUP: RGBColor = RGBColor(130, 130, 130);
+const NO_GROUP: RGBColor = RGBColor(130, 130, 130);
 
 /// Draws the figure.
 pub(super) fn draw(run: &Run, setup: &Setup) -> Drawn<Option<String>> {
@@ -168,7 +168,7 @@ fn recent(run: &Run) -> usize {
 }
 
 /// Outlines of zones: keep-out zones solid, keep-in zones dashed.
-pub(super) fn zones(setup: &Setup) -> Vec<Line> {
+fn zones(setup: &Setup) -> Vec<Line> {
     let line = |zone: &Zone| {
         let corners = zone.vertices.iter().chain(zone.vertices.first());
         let corners: Vec<Point> = corners.map(|at| (at.x_m(), at.y_m())).collect();
@@ -240,7 +240,7 @@ fn darker(RGBColor(red, green, blue): RGBColor) -> RGBColor {
 }
 
 /// Points of an arc about a centre, symmetric to the direction `middle`; `angle`: full angle of the arc, rad.
-pub(super) fn arc((x, y): Point, radius: f64, middle: f64, angle: f64) -> impl Iterator<Item = Point> {
+fn arc((x, y): Point, radius: f64, middle: f64, angle: f64) -> impl Iterator<Item = Point> {
     let direction = move |step| middle + angle * (f64::from(step) / 120.0 - 0.5);
     (0..=120).map(direction).map(move |angle| (x + radius * cos(angle), y + radius * sin(angle)))
 }
