@@ -231,7 +231,7 @@ fn axis(key: &Bound<'_, PyAny>, values: &Bound<'_, PyAny>) -> PyResult<Axis> {
 
 /// True for text that TOML does not read as a number, a boolean or something else.
 fn is_word(text: &str) -> bool {
-    text.bytes().all(|byte| byte.is_ascii_lowercase() || byte == b'-')
+    text.bytes().all(|byte| byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'-')
         && text.starts_with(|c: char| c.is_ascii_lowercase())
         && !["true", "false", "inf", "nan"].contains(&text)
 }
