@@ -13,7 +13,7 @@ from pathlib import Path
 
 PACKAGE = Path(__file__).resolve().parent.parent / "python/standoff"
 # Modules in the order of the page.
-MODULES = ["__init__", "law", "components", "gym", "pettingzoo/group_tracking_v0", "dask", "errors"]
+MODULES = ["__init__", "law", "components", "gym", "pettingzoo/group_tracking_v0", "dask", "mcap", "errors"]
 HEAD = """# Python reference
 
 <!-- scripts/python_reference.py writes this page from the stubs. -->

@@ -7,8 +7,6 @@ mod completions;
 mod fly;
 mod live_view;
 mod maps;
-#[cfg_attr(not(feature = "mcap"), path = "mcap_disabled.rs")]
-mod mcap;
 mod merge;
 mod metric_args;
 mod monte_carlo;

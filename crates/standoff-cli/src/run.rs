@@ -18,7 +18,6 @@ use standoff_view::tiles::TileServer;
 
 use crate::live_view::{LiveReplay, Pace, ServeArgs, speed};
 use crate::maps::Maps;
-use crate::mcap::Mcap;
 use crate::metric_args::MetricArgs;
 use crate::overrides::{DEFAULT_SCENARIO, OverrideArgs};
 use crate::paper_comparison;
@@ -34,7 +33,6 @@ Examples:
   standoff run traffic/city --view --speed 20
   standoff run --traffic city.fcd.xml.gz --map city.net.xml.gz
   standoff run traffic/city --uavs 4 --baseline
-  standoff run --mcap figure-9.mcap
   standoff run mine.toml --set uavs.count=3 --set targets.random.count=6";
 
 /// Options of `standoff run`.
@@ -51,9 +49,6 @@ pub(crate) struct Args {
     /// Folder for the results [default: standoff-out/NAME-SEED, followed by +KEY=VALUE for each change].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Also write the mission as an MCAP file for Lichtblick, Foxglove or Rerun (needs a build with the feature mcap).
-    #[arg(long, value_name = "FILE")]
-    mcap: Option<PathBuf>,
     #[command(flatten)]
     maps: Maps,
     #[command(flatten)]
@@ -104,24 +99,13 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let has_older_run = has_older_run(&scenario, &out)?;
     let map = args.maps.named().of_scenario(&scenario, &note)?;
     let interruption = Interruption::install()?;
-    let mut mcap = args.mcap.as_deref().map(|file| Mcap::create(file, &scenario, &out)).transpose()?;
     if has_older_run {
         note(&format!("note: replacing the older run in {}", display_text::path(&out)));
     }
     let mut live = args.view.then(|| Live::begin(args, &scenario, tiles, map.clone())).transpose()?;
-    let flown = fly(&scenario, &out, map.as_ref(), &interruption, |frame| {
-        mcap.iter_mut().for_each(|mcap| mcap.frame(frame));
+    let closed = fly(&scenario, &out, map.as_ref(), &interruption, |frame| {
         live.iter_mut().for_each(|live| live.frame(frame, &interruption));
-    });
-    let closed = match flown {
-        Ok(closed) => closed,
-        Err(failure) => {
-            mcap.into_iter().for_each(Mcap::stop);
-            return Err(failure);
-        }
-    };
-    // The record is published even if the MCAP file has failed.
-    let mcap_result = mcap.map_or(Ok(()), Mcap::close);
+    })?;
     // The complete record is published even if there is no room for the figures.
     let (dir, place, choice) = (closed.dir().to_owned(), out.clone(), args.metrics.selection());
     let with_baseline = args.baseline;
@@ -149,8 +133,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         OutcomeOptions { paper_comparison: paper_comparison.as_ref(), ..OutcomeOptions::default() },
     )?;
     written?;
-    let shown = live.map_or(Ok(()), |live| live.end(lines(&outcome.metrics, &outcome.settings), &interruption));
-    mcap_result.and(shown)
+    live.map_or(Ok(()), |live| live.end(lines(&outcome.metrics, &outcome.settings), &interruption))
 }
 
 /// A run that a page shows while it flies.

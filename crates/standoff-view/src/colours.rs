@@ -1,4 +1,4 @@
-//! Colours of UAVs and groups, identical in figures, on the page and in MCAP files.
+//! Colours of UAVs and groups, identical in figures, on the page and in MCAP files (`python/standoff/mcap.py`).
 
 use plotters::style::RGBColor;
 use standoff_record::GroupRow;
@@ -149,12 +149,16 @@ mod tests {
     }
 
     #[test]
-    fn figures_and_page_use_the_same_colours() {
+    fn figures_page_and_mcap_files_use_the_same_colours() {
         let hex = |RGBColor(r, g, b): &RGBColor| format!("#{r:02x}{g:02x}{b:02x}");
         assert_eq!(include_str!("../page/palette.js").matches("uavs: UAV_COLOURS").count(), 2);
         assert_eq!(on_page("light", "uavs"), UAVS.iter().map(hex).collect::<Vec<_>>());
         assert_eq!(on_page("light", "groups"), GROUPS.iter().map(hex).collect::<Vec<_>>());
         assert_eq!(on_page("dark", "groups").len(), GROUPS.len());
+        let mcap = include_str!("../../../python/standoff/mcap.py");
+        let list = mcap.split("\nGROUPS = [").nth(1).and_then(|rest| rest.split(']').next()).unwrap();
+        let in_mcap_files: Vec<_> = list.split('"').filter(|word| word.starts_with('#')).collect();
+        assert_eq!(in_mcap_files, GROUPS.iter().map(hex).collect::<Vec<_>>());
     }
 
     /// Differences are in hundredths of OKLab. About two are just noticeable between adjacent areas.

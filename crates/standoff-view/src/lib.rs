@@ -1,5 +1,5 @@
-//! Visualisation of runs: static figures, a page that replays a run, MCAP files for robotics viewers, pages for Monte
-//! Carlo results and sweeps, and a local web server for these pages.
+//! Visualisation of runs: static figures, a page that replays a run, pages for Monte Carlo results and sweeps, and a
+//! local web server for these pages.
 
 pub mod batch;
 mod colours;
@@ -7,8 +7,6 @@ mod colours;
 #[path = "../../standoff-sim/tests/common/mod.rs"]
 mod common;
 pub mod figures;
-#[cfg(feature = "mcap")]
-pub mod mcap;
 pub mod page;
 pub mod replay;
 #[cfg(test)]

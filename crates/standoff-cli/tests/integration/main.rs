@@ -12,7 +12,6 @@ mod hostile;
 #[cfg(unix)]
 mod interruptions;
 mod maps;
-mod mcap;
 mod monte_carlo;
 mod reproduce;
 #[cfg(target_os = "linux")]

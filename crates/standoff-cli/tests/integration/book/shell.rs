@@ -37,7 +37,6 @@ pub(crate) fn left_out(command: &str) -> Option<&'static str> {
     match program {
         "cargo" => Some("a build command; CI builds and tests separately"),
         program if program.starts_with("scripts/") => Some("a script of the repository"),
-        _ if command.contains("--mcap") && !cfg!(feature = "mcap") => Some("built without the feature mcap"),
         _ => None,
     }
 }
