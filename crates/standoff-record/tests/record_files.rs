@@ -498,7 +498,7 @@ fn other_formats_are_refused_and_other_versions_are_read() {
     assert!(error.contains("run.json is damaged: unknown field `conts`"), "{error}");
     fs::write(&path, &text).unwrap();
     // Records of other versions are refused by their format.
-    for format in [2, 3, 4, 5, 7] {
+    for format in [2, 3, 4, 5, 6, 8] {
         fs::write(&path, text.replace(r#""format": 7"#, &format!(r#""format": {format}"#))).unwrap();
         let error = Record::open(&dir).unwrap_err().to_string();
         assert!(error.contains(&format!("format {format}")), "{error}");
