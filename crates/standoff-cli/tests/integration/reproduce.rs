@@ -67,11 +67,13 @@ fn every_study_runs_and_none_depends_on_the_number_of_threads() {
     let page = text(&written["docs/page.md"]);
     for study in STUDIES {
         let claims: serde_json::Value = serde_json::from_slice(&written[&format!("out/{study}.json")]).unwrap();
-        for claim in claims.as_array().unwrap() {
+        let claims = claims.as_array().unwrap();
+        for claim in claims {
             let what = claim["what"].as_str().unwrap().replace('|', "\\|");
             assert!(page.contains(&what), "{study}: {what} is not on the page");
         }
-        assert!(page.contains(&format!("`standoff reproduce {study} --runs 2`")), "{study}");
+        let command = format!("Command: `standoff reproduce {study} --runs 2`.");
+        assert_eq!(page.contains(&command), !claims.is_empty(), "{study}");
         assert!(study == "errata" || written.contains_key(&format!("out/{study}.csv")), "{study} has no data");
     }
     let pictures: Vec<&str> = page.split("](").filter_map(|part| part.split_once(".svg)")).map(|part| part.0).collect();
