@@ -519,10 +519,10 @@ fn other_formats_are_refused_and_other_versions_are_read() {
         assert!(error.contains("run.json is damaged") && error.contains(expected), "{error}");
     }
 
-    let later = r#"{"format": 7, "version": "9.1.0", "wind": true}"#;
+    let later = r#"{"format": 99, "version": "9.1.0", "wind": true}"#;
     fs::write(&path, later).unwrap();
     let error = Record::open(&dir).unwrap_err();
-    assert!(matches!(error, RecordError::OtherFormat { format: 7, .. }));
+    assert!(matches!(error, RecordError::OtherFormat { format: 99, .. }));
     assert!(error.to_string().contains("9.1.0"), "{error}");
     assert_eq!(occupancy(&dir), Occupancy::OlderRun);
 
