@@ -220,7 +220,9 @@ impl CommandLaw<'_> {
         let LawCommand { followed, steering, path, phase_error_rad } = law;
         let followed = detour.map_or(followed, |detour| detour.followed);
         let LimitedCommand { command, speed_limited, turn_rate_limited } = self.air_command(own, &followed);
-        let mut intent = self.intent(own, command, &followed, steering.as_ref().filter(|_| detour.is_none()));
+        // Only collision avoidance looks beyond the command.
+        let foreseen = steering.as_ref().filter(|_| detour.is_none() && self.params.separation.is_some());
+        let mut intent = self.intent(own, command, &followed, foreseen);
         // The geofence limits the command before and after collision avoidance.
         let stopped_by = geofence_safety.and_then(|geofence_safety| {
             let (safe, zone) = geofence_safety.make_safe(motion, intent.command, plan.as_ref());
@@ -300,7 +302,7 @@ impl CommandLaw<'_> {
         let is_away = |teammate: &OrbitRelativeState| is_in_transit(teammate.centre_distance_m(), orbit.distance_m);
         let spacing = |others: &mut dyn Iterator<Item = (UavId, Angle)>| {
             let separation_min_m = self.params.separation.map_or(0.0, |separation| separation.horizontal_min_m);
-            let gap_min_rad = phase_gap_min_rad(separation_min_m, orbit.distance_m);
+            let gap_min_rad = || phase_gap_min_rad(separation_min_m, orbit.distance_m);
             let (desired_rad, sense) = (guidance.desired_phase_rad, guidance.orbit_direction);
             phase_error_rad((id, on_orbit.phase), others, desired_rad, gap_min_rad, sense)
         };

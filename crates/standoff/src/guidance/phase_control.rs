@@ -27,13 +27,14 @@ pub(crate) fn phase_gap_min_rad(separation_min_m: f64, orbit_radius_m: f64) -> f
 /// Phase error of a UAV on its orbit, rad. Positive if the UAV lags behind its desired phase and must speed up. Zero if
 /// it is the only UAV on the orbit.
 ///
-/// Each UAV is given by its id and its phase, the direction from the centre to the UAV. The two UAVs of a pair have the
+/// Each UAV is given by its id and its phase, the direction from the centre to the UAV. `gap_min_rad` is called if there
+/// are four or more. The two UAVs of a pair have the
 /// same error with opposite signs. If two UAVs have the same phase, the one with the lower id counts as behind.
 pub(crate) fn phase_error_rad(
     own: (UavId, Angle),
     others: impl Iterator<Item = (UavId, Angle)>,
     desired_phase_rad: f64,
-    gap_min_rad: f64,
+    gap_min_rad: impl FnOnce() -> f64,
     sense: OrbitDirection,
 ) -> f64 {
     let doubled = |(id, phase): (UavId, Angle)| (id, phase + phase);
@@ -48,7 +49,7 @@ pub(crate) fn phase_error_rad(
         1 if gaps.ahead_rad <= gaps.behind_rad => gaps.ahead_rad - desired_phase_rad,
         1 => desired_phase_rad - gaps.behind_rad,
         2 => gaps.to_middle_rad(),
-        _ => gaps.limit_rad(0.5 * doubled_gaps.to_middle_rad(), gap_min_rad),
+        _ => gaps.limit_rad(0.5 * doubled_gaps.to_middle_rad(), gap_min_rad()),
     }
 }
 
@@ -135,7 +136,7 @@ mod tests {
         all.iter()
             .map(|own| {
                 let others = all.iter().copied().filter(|other| other.0 != own.0);
-                phase_error_rad(*own, others, RIGHT_ANGLE, GAP_MIN_RAD, sense).to_degrees()
+                phase_error_rad(*own, others, RIGHT_ANGLE, || GAP_MIN_RAD, sense).to_degrees()
             })
             .collect()
     }
