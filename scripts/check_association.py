@@ -3,7 +3,7 @@
 
 Usage: check_association.py <record folder>
 
-Definitions as in docs/metrics.md. If tracks have no identity (`track_uid` is not null), their targets are recomputed, too.
+Definitions as in docs/user/metrics.md. If tracks have no identity (`track_uid` is not null), their targets are recomputed, too.
 Prints one line per quantity. Exits with 1 and a message if one differs. Needs the packages in requirements.txt, and a run
 with `--metrics all`.
 """

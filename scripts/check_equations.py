@@ -5,7 +5,7 @@ Usage: check_equations.py <record folder>
 
 This is an independent implementation of H. Oh, S. Kim, H.-S. Shin, A. Tsourdos, "Coordinated Standoff Tracking of Moving
 Target Groups Using Multiple UAVs", 2015. A number in parentheses is an equation of that paper, interpreted as in
-docs/ledger.md; notation as in docs/notation.md, metrics as in docs/metrics.md. It reads only the record.
+docs/developer/ledger.md; notation as in docs/developer/notation.md, metrics as in docs/user/metrics.md. It reads only the record.
 
 Prints one line per quantity: the largest difference over all time steps, the tolerance, and the number of compared
 values. A difference is relative to the recorded value, or absolute if that is below 1 (tracks: relative to the standard
@@ -191,7 +191,7 @@ def check_kinematics(record, compare):
 
 
 def climb_of(scenario):
-    """Returns the climb parameters of the scenario, or the defaults of docs/separation.md; None if UAVs do not climb."""
+    """Returns the climb parameters of the scenario, or the defaults of docs/user/separation.md; None if UAVs do not climb."""
     default = {"rate_max_m_s": 3.0, "lag_s": 1.0, "altitude_min_m": 50.0, "altitude_max_m": 3000.0}
     climbs = scenario.get("separation") or scenario.get("world", {}).get("building_outlines_cm")
     return scenario["uavs"].get("climb", default if climbs else None)
@@ -451,7 +451,7 @@ def equations_10_11(y, information, looks, sensor):
 
 
 def is_nonlinear(uav, predicted, p, sensor):
-    """Returns whether a measurement is integrated instead of linearised (docs/sensing.md)."""
+    """Returns whether a measurement is integrated instead of linearised (docs/user/sensing.md)."""
     if sensor["near_range_m"] == 0.0:
         return False
     distance = equation_7(uav, predicted)[0]
@@ -490,7 +490,7 @@ def integrated(y, information, uav, z, sensor):
 
 
 def jacobian(uav, target):
-    """Returns H, the derivative of (7) by the target's state; None at ranges below 1 m, where it diverges (docs/ledger.md)."""
+    """Returns H, the derivative of (7) by the target's state; None at ranges below 1 m, where it diverges (docs/developer/ledger.md)."""
     (dx, dy), distance = target - uav, equation_7(uav, target)[0]
     if distance < 1.0:
         return None
@@ -1047,7 +1047,7 @@ def check_avoidance(record, compare):
 
 
 def check_metrics(record, compare):
-    """Checks every metric in the summary by its definition in docs/metrics.md."""
+    """Checks every metric in the summary by its definition in docs/user/metrics.md."""
     if not record.truth:
         return
     samples, unseen, gaps, gap, orbits, on_orbit = defaultdict(list), [], {}, 0, true_orbits(record), {}

@@ -83,7 +83,7 @@ radius_min_m = 150
 [[targets.start]]
 vx_m_s = 6
 """
-# The agent predicts bank and power. The bank angle is at most ROLL_LIMIT_DEG less 5, as docs/fly.md recommends.
+# The agent predicts bank and power. The bank angle is at most ROLL_LIMIT_DEG less 5, as docs/user/fly.md recommends.
 BANKING = SMALL.replace("[filter]", """dynamics = "bank"
 [uavs.bank]
 bank_max_deg = 50

@@ -3,7 +3,7 @@
 
 Usage: check_mcap.py <record folder> <MCAP file>
 
-docs/mcap.md describes the topics. Messages are decoded by the schemas in the file. The scene is replayed as a viewer does:
+docs/user/mcap.md describes the topics. Messages are decoded by the schemas in the file. The scene is replayed as a viewer does:
 entities replace one another and are deleted, and at every time step the remaining ones must match the record.
 
 Prints lines like check_equations.py. Exits with 1 and a message if anything differs. Not checked: colours, labels,

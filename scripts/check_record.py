@@ -78,10 +78,10 @@ def check(table, path, counts):
     if table in OF_AGENTS:
         order = list(zip(values["time_us"], values["agent"]))
         require(order == sorted(order), table, "is not in order of time and agent")
-    page = (Path(__file__).parent.parent / "docs" / "record.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parent.parent / "docs" / "user" / "record.md").read_text(encoding="utf-8")
     text = sections(page, table) + "`time_us` `time_s`"
     undocumented = [name for name in names if f"`{name}`" not in text]
-    require(not undocumented, table, f"has columns that docs/record.md does not describe: {undocumented}")
+    require(not undocumented, table, f"has columns that docs/user/record.md does not describe: {undocumented}")
     for name, column in columns:
         bad = [v for v in column if isinstance(v, float) and not math.isfinite(v)]
         require(not bad, table, f"{name} contains {bad[:3]}")

@@ -6,7 +6,7 @@ Usage: page_values.py <record folder> > values.json
 Writes {"times_s": [...], "names": [...], "events": [...]} and, by table ("run", "uavs", "groups", "targets", and
 "intruders" if the record has any), id and column, one value for every time step; null for missing values. Columns have
 the names and units of the record. Columns that the record does not contain are recomputed with check_equations.py, as
-docs/metrics.md defines them. If the record has tentative tracks, "detections", "tentative" and "truth" have the list of
+docs/user/metrics.md defines them. If the record has tentative tracks, "detections", "tentative" and "truth" have the list of
 rows of each time step. With per-UAV team states, "agents" has the team state of each agent at every time step, and
 "agent_events" the number of events that each agent publishes, and of those that are no part of a team state. Needs
 requirements.txt.

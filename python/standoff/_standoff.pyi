@@ -127,7 +127,7 @@ class Comparison:
     Paired comparison of B with A, run by run with the same seeds. The numbers are bit for bit those of ``standoff
     compare``.
 
-    docs/monte-carlo.md explains each number.
+    docs/user/monte-carlo.md explains each number.
     """
     def __repr__(self, /) -> str: ...
     def __str__(self, /) -> str:
@@ -705,7 +705,7 @@ class Run:
     A recorded run, read from its folder: its tables and its results.
 
     ``run.uavs``, ``run.truth``, ``run.tracks``, ``run.groups``, ``run.detections``, ``run.in_view`` and ``run.events``
-    are its tables (docs/record.md describes their columns); ``run.targets`` has the scores of each target. A notebook
+    are its tables (docs/user/record.md describes their columns); ``run.targets`` has the scores of each target. A notebook
     shows the report page of the run; ``print`` shows the same table as the command line.
 
     :param dir: folder written by ``standoff run`` or :func:`run`; the summary and the figures in it are recomputed.
@@ -803,7 +803,7 @@ class Scenario:
     A scenario: a built-in one, a scenario file, or TOML text, with changes.
 
     Random values are not drawn yet, so one object serves all seeds. Values out of range are reported when the scenario
-    is run or :meth:`resolved` with a seed. docs/scenarios.md lists the keys.
+    is run or :meth:`resolved` with a seed. docs/user/scenarios.md lists the keys.
 
     :param scenario: name of a built-in scenario, or path of a scenario file (str or os.PathLike).
     :param traffic: traffic file with the targets: SUMO floating-car data or CSV tracks, plain or .gz.
@@ -1316,7 +1316,7 @@ def monte_carlo(scenario: Any, *, runs: SupportsIndex, seed: SupportsIndex = ...
     Runs a scenario many times with consecutive seeds. Writes byte for byte the same files as ``standoff monte-carlo``.
 
     Run k, counted from 0, uses ``seed + k``. If the batch is interrupted (Ctrl-C, a full disk, a killed process), the
-    same call with the same ``out`` resumes it. docs/monte-carlo.md describes the files and the statistics.
+    same call with the same ``out`` resumes it. docs/user/monte-carlo.md describes the files and the statistics.
 
     :param scenario: name of a built-in scenario, path of a scenario file, or a :class:`Scenario`.
     :param runs: number of runs, 1 to 100,000,000.
@@ -1351,7 +1351,7 @@ def run(scenario: Any | None = None, *, seed: SupportsIndex = ..., traffic: str 
     :param traffic: traffic file with the targets: SUMO floating-car data or CSV tracks, plain or .gz.
     :param uavs: number of UAVs, started on an orbit about the first targets.
     :param set: values of the scenario to change, by dotted key.
-    :param metrics: names of metrics (docs/metrics.md) and of the sets ``standard``, ``limits``, ``association``,
+    :param metrics: names of metrics (docs/user/metrics.md) and of the sets ``standard``, ``limits``, ``association``,
         ``table-2``, ``all``: a comma-separated str, or a list.
     :param out: folder for the results. None: a temporary folder, deleted together with the run object.
     :param map: background map: a SUMO net (.net.xml) or GeoJSON, plain or .gz, or a list of them. None: the map of the
@@ -1429,7 +1429,7 @@ def sweep(scenario: Any, *, vary: dict[str, Any], runs: SupportsIndex, points: S
     same table as ``standoff sweep``.
 
     All points use the same seeds. If the sweep is interrupted, the same call with the same ``out`` resumes it.
-    docs/sweep.md describes the files.
+    docs/user/sweep.md describes the files.
 
     :param scenario: name of a built-in scenario, path of a scenario file, or a :class:`Scenario`.
     :param vary: the keys to vary and their values: a list (``{"guidance.lead_s": [0, 1, 2]}``, also a NumPy array) or, as

@@ -1,6 +1,6 @@
 """Batches on many machines: shards run as Dask tasks, are saved in a store, and are merged to byte-identical results.
 
-Needs ``pip install 'standoff[dask]'``. docs/many-machines.md describes the use.
+Needs ``pip install 'standoff[dask]'``. docs/user/many-machines.md describes the use.
 """
 
 from __future__ import annotations

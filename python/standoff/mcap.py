@@ -1,6 +1,6 @@
 """MCAP files with Foxglove's schemas for robotics viewers, from records: ``python -m standoff.mcap RECORD FILE``.
 
-Needs ``pip install 'standoff[mcap]'``. docs/mcap.md describes the topics. Imports no other module of the package.
+Needs ``pip install 'standoff[mcap]'``. docs/user/mcap.md describes the topics. Imports no other module of the package.
 """
 
 from __future__ import annotations

@@ -150,7 +150,7 @@ def test_a_sweep_gives_the_table_of_one_machine(three: Client, tmp_path: Path, s
 
 
 def test_code_of_the_docs_page_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    page = (Path(__file__).parents[2] / "docs" / "many-machines.md").read_text()
+    page = (Path(__file__).parents[2] / "docs" / "user" / "many-machines.md").read_text()
     code = "\n".join(block.split("```")[0] for block in page.split("```python\n")[1:3])
     monkeypatch.chdir(tmp_path)
     variables: dict[str, Any] = {}

@@ -301,7 +301,7 @@ def test_the_reward_follows_from_the_info(scenario: str) -> None:
 
 
 def test_the_built_in_law_is_far_better_than_straight_flight() -> None:
-    """In tour/04 it has all targets in custody all the time, on its orbits after the approach; see docs/controllers.md."""
+    """In tour/04 it has all targets in custody all the time, on its orbits after the approach; see docs/user/controllers.md."""
     totals = []
     for is_law in (True, False):
         env = GroupTrackingEnv(FOUR)

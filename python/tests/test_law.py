@@ -95,7 +95,7 @@ class Follower(Law):
 
 def test_a_law_that_replaces_everything_is_scored_by_what_is_in_view() -> None:
     run = standoff.run(SCENARIO, law=Follower)
-    # docs/controllers.md: the same controller in Rust has 75 % of the targets in view, and no group metrics.
+    # docs/user/controllers.md: the same controller in Rust has 75 % of the targets in view, and no group metrics.
     assert abs(run.metrics["in_view_fraction"] - 0.75) < 0.005
     assert run.metrics["custody_fraction"] is None and run.metrics["position_error_m"] is None
 

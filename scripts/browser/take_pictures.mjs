@@ -67,7 +67,7 @@ async function selectMetric(page) {
   await page.waitForSelector(".main-svg");
 }
 
-/** Labels the parts of the page with the numbers of docs/page.md. */
+/** Labels the parts of the page with the numbers of docs/user/page.md. */
 async function numbered(page) {
   await handoff(page);
   await recordTexts(page);

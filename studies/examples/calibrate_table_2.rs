@@ -13,7 +13,7 @@
 //! 200 new ones. The search is deterministic; two threads share the runs.
 //!
 //! Further searches fit the six estimation cells, alone and with the others, and filters that assume smoother target
-//! motion than the true one. `docs/calibration.md` has the results.
+//! motion than the true one. `docs/developer/calibration.md` has the results.
 
 use std::cmp::Ordering;
 use std::error::Error;

@@ -33,7 +33,7 @@ const PHASE_TOLERANCE_DEG: f64 = 5.0;
 /// Reason why a target is rarely out of view; checked in the runs where it happens.
 const ORBIT_GROWS: &str = "at the start and at the end of a handoff, the centroid jumps before the orbit has grown: by \
                            one degree for a single handoff, by more if a target is handed over twice within a minute \
-                           and a UAV flies over members on its way in (docs/limits.md)";
+                           and a UAV flies over members on its way in (docs/user/limits.md)";
 
 /// Time histories of the orbits of a run.
 #[derive(Default)]

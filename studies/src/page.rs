@@ -1,4 +1,4 @@
-//! The page of all claims, `docs/validation.md`. It depends only on the studies, byte for byte.
+//! The page of all claims, `docs/developer/validation.md`. It depends only on the studies, byte for byte.
 
 use std::path::Path;
 
@@ -22,7 +22,7 @@ pub fn write_page(path: &Path, studies: &[Study], plan: &Plan) -> Result<(), Fai
 fn page(studies: &[&Study], plan: &Plan) -> String {
     let mut text = format!(
         "# Validation: the paper, claim by claim\n\n\
-         <!-- Written by `cargo run --release -- reproduce {} --page docs/validation.md`: do not edit. -->\n\n\
+         <!-- Written by `cargo run --release -- reproduce {} --page docs/developer/validation.md`: do not edit. -->\n\n\
          The paper's claims and numbers next to ours. Claims that are not reproduced stay on the page, with the reason \
          if it is known.\n\
          The command of each section measures it again, and writes the data of histories and tables as CSV. \

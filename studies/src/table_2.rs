@@ -31,7 +31,7 @@ const AT_ITS_BOUND: &str = "our filter uses the true target model and attains it
                             which is this low for targets that stay together; a filter that assumes smoother target \
                             motion than the true one gives errors like the paper's (tables below)";
 /// Settings whose estimation errors are closer to the paper's, because the filter assumes smoother motion than the true
-/// one (`docs/calibration.md`): with the mission of this study, and with the mission that fits most of the fourteen
+/// one (`docs/developer/calibration.md`): with the mission of this study, and with the mission that fits most of the fourteen
 /// numbers.
 const OVERCONFIDENT: [(&str, &[&str]); 2] = [
     ("table-2-overconfident", &["filter.acceleration_sd_m_s2=0.0026"]),

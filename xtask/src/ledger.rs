@@ -1,7 +1,7 @@
 //! The equation ledger: which item implements each equation of the paper, and which test checks it.
 //!
-//! docs/equations.toml lists the equations and their status, tags in doc comments link the code to them, and
-//! docs/ledger.md shows both.
+//! docs/developer/equations.toml lists the equations and their status, tags in doc comments link the code to them, and
+//! docs/developer/ledger.md shows both.
 
 mod tags;
 
@@ -12,8 +12,8 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use tags::{Claim, Tag};
 
-const LIST: &str = "docs/equations.toml";
-const LEDGER: &str = "docs/ledger.md";
+const LIST: &str = "docs/developer/equations.toml";
+const LEDGER: &str = "docs/developer/ledger.md";
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -184,7 +184,7 @@ fn count(equations: &[Equation], status: Status) -> usize {
 fn links(tags: &[Tag], equation: &Equation, claim: Claim) -> String {
     let mut links: Vec<String> = Vec::new();
     for tag in tags.iter().filter(|tag| tag.claim == claim && tag.equation == equation.id) {
-        let link = format!("[`{}`](../{})", tag.item, tag.path);
+        let link = format!("[`{}`](../../{})", tag.item, tag.path);
         if !links.contains(&link) {
             links.push(link);
         }

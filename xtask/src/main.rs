@@ -1,4 +1,4 @@
-//! Repository maintenance: `cargo xtask ledger` writes docs/ledger.md, `cargo xtask ledger --check` checks it, and
+//! Repository maintenance: `cargo xtask ledger` writes docs/developer/ledger.md, `cargo xtask ledger --check` checks it, and
 //! `cargo xtask dependencies` checks licences and sources of dependencies.
 
 mod dependencies;

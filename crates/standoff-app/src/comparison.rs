@@ -39,7 +39,7 @@ pub fn comparison_text(comparison: &Comparison) -> String {
         }
     }
     text + "metrics named *_fraction range from 0 to 1\n\
-            better, differs: the whole interval of B - A is beyond +- the size of interest (docs/metrics.md)\n\
+            better, differs: the whole interval of B - A is beyond +- the size of interest (docs/user/metrics.md)\n\
             same: the whole interval is within +- the size of interest; unclear: neither; fly more runs\n"
 }
 

@@ -35,7 +35,7 @@ Examples:
     --uav 1 --system-id 2 --feed 127.0.0.1:47801 --listen 127.0.0.1:47901 \\
     --teammate 0=127.0.0.1:47900
 
-Read docs/fly-safety.md first. Exit status: 0 ended by the user,
+Read docs/user/fly-safety.md first. Exit status: 0 ended by the user,
 1 failure while running, 2 wrong input or usage.";
 
 /// How the aircraft is steered.

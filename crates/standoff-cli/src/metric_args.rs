@@ -6,7 +6,7 @@ use standoff_score::MetricSelection;
 /// Selection of the metrics that are computed and printed.
 #[derive(Args)]
 pub(crate) struct MetricArgs {
-    /// Comma-separated list of metrics to compute: names from docs/metrics.md, or the sets standard, limits (estimation
+    /// Comma-separated list of metrics to compute: names from docs/user/metrics.md, or the sets standard, limits (estimation
     /// errors relative to their bound; takes slightly longer), association (GOSPA, swapped and false tracks), table-2
     /// and all.
     /// [default: standard]

@@ -1,4 +1,4 @@
-//! Feed of detections and cues: one JSON object per line, `docs/fly.md` describes it.
+//! Feed of detections and cues: one JSON object per line, `docs/user/fly.md` describes it.
 
 use serde::Deserialize;
 use standoff::research::Allowed;

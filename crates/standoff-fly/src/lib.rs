@@ -2,7 +2,7 @@
 //!
 //! The program watches over and locates targets. It never arms the aircraft, never changes its mode, releases nothing and
 //! points nothing. It commands roll, airspeed and altitude, and only while the pilot has selected GUIDED
-//! ([`authority`]). `docs/fly.md` describes its use.
+//! ([`authority`]). `docs/user/fly.md` describes its use.
 
 pub mod address;
 pub mod authority;

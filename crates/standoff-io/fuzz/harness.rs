@@ -1,5 +1,5 @@
 //! Fuzz tests of the parsers: `bolero` targets, each of which is also an ordinary test. `scripts/fuzz` runs them for
-//! longer; `docs/hardening.md` lists the results.
+//! longer; `docs/developer/hardening.md` lists the results.
 //!
 //! Each input is a corpus file with a few changes (see [`mutation`]), so that many inputs pass the first checks. An
 //! accepted input must be in its documented range; a rejected input must produce an error message that is safe to print

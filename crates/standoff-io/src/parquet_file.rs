@@ -2,7 +2,7 @@
 //! errors; see [`panic_is_expected`].
 //!
 //! Metadata are trusted as the Parquet library trusts them, except that a dictionary may not state more values than it
-//! has bytes. A manipulated file can therefore exhaust the memory; `docs/limits.md` describes this.
+//! has bytes. A manipulated file can therefore exhaust the memory; `docs/user/limits.md` describes this.
 //!
 //! ```no_run
 //! use parquet::basic::Type;

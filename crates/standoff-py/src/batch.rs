@@ -116,7 +116,7 @@ impl Batch {
 /// Runs a scenario many times with consecutive seeds. Writes byte for byte the same files as ``standoff monte-carlo``.
 ///
 /// Run k, counted from 0, uses ``seed + k``. If the batch is interrupted (Ctrl-C, a full disk, a killed process), the
-/// same call with the same ``out`` resumes it. docs/monte-carlo.md describes the files and the statistics.
+/// same call with the same ``out`` resumes it. docs/user/monte-carlo.md describes the files and the statistics.
 ///
 /// :param scenario: name of a built-in scenario, path of a scenario file, or a :class:`Scenario`.
 /// :param runs: number of runs, 1 to 100,000,000.

@@ -24,7 +24,7 @@ use crate::table::Table;
 /// Paired comparison of B with A, run by run with the same seeds. The numbers are bit for bit those of ``standoff
 /// compare``.
 ///
-/// docs/monte-carlo.md explains each number.
+/// docs/user/monte-carlo.md explains each number.
 #[pyclass(frozen, module = "standoff")]
 pub(crate) struct Comparison {
     compared: Flown,

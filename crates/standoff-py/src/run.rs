@@ -46,7 +46,7 @@ const TABLES: [&str; 14] = [
 /// A recorded run, read from its folder: its tables and its results.
 ///
 /// ``run.uavs``, ``run.truth``, ``run.tracks``, ``run.groups``, ``run.detections``, ``run.in_view`` and ``run.events``
-/// are its tables (docs/record.md describes their columns); ``run.targets`` has the scores of each target. A notebook
+/// are its tables (docs/user/record.md describes their columns); ``run.targets`` has the scores of each target. A notebook
 /// shows the report page of the run; ``print`` shows the same table as the command line.
 ///
 /// :param dir: folder written by ``standoff run`` or :func:`run`; the summary and the figures in it are recomputed.
@@ -146,7 +146,7 @@ impl Flight {
 /// :param traffic: traffic file with the targets: SUMO floating-car data or CSV tracks, plain or .gz.
 /// :param uavs: number of UAVs, started on an orbit about the first targets.
 /// :param set: values of the scenario to change, by dotted key.
-/// :param metrics: names of metrics (docs/metrics.md) and of the sets ``standard``, ``limits``, ``association``,
+/// :param metrics: names of metrics (docs/user/metrics.md) and of the sets ``standard``, ``limits``, ``association``,
 ///     ``table-2``, ``all``: a comma-separated str, or a list.
 /// :param out: folder for the results. None: a temporary folder, deleted together with the run object.
 /// :param map: background map: a SUMO net (.net.xml) or GeoJSON, plain or .gz, or a list of them. None: the map of the

@@ -14,7 +14,7 @@ use crate::exceptions::{ScenarioError, of_scenario};
 /// A scenario: a built-in one, a scenario file, or TOML text, with changes.
 ///
 /// Random values are not drawn yet, so one object serves all seeds. Values out of range are reported when the scenario
-/// is run or :meth:`resolved` with a seed. docs/scenarios.md lists the keys.
+/// is run or :meth:`resolved` with a seed. docs/user/scenarios.md lists the keys.
 ///
 /// :param scenario: name of a built-in scenario, or path of a scenario file (str or os.PathLike).
 /// :param traffic: traffic file with the targets: SUMO floating-car data or CSV tracks, plain or .gz.

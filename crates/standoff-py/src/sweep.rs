@@ -98,7 +98,7 @@ impl Sweep {
 /// same table as ``standoff sweep``.
 ///
 /// All points use the same seeds. If the sweep is interrupted, the same call with the same ``out`` resumes it.
-/// docs/sweep.md describes the files.
+/// docs/user/sweep.md describes the files.
 ///
 /// :param scenario: name of a built-in scenario, path of a scenario file, or a :class:`Scenario`.
 /// :param vary: the keys to vary and their values: a list (``{"guidance.lead_s": [0, 1, 2]}``, also a NumPy array) or, as

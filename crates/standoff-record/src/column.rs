@@ -363,7 +363,7 @@ pub trait Row: Field + Clone + Default + Send + 'static {
 
 /// Defines row types and their tables (that of the team, and that of each agent if there is one): one column per field,
 /// with the same name, in this order. A comment before a field gives the meaning and unit of its column;
-/// `docs/record.md` repeats it. `#[on(page)]` adds the column to the data of the replay page.
+/// `docs/user/record.md` repeats it. `#[on(page)]` adds the column to the data of the replay page.
 macro_rules! rows {
     ($(
         $(#[doc = $about:literal])+

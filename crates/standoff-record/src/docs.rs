@@ -1,4 +1,4 @@
-//! Compares the tables of columns in `docs/record.md` with the declarations of the columns, or writes them.
+//! Compares the tables of columns in `docs/user/record.md` with the declarations of the columns, or writes them.
 
 use std::path::Path;
 
@@ -36,7 +36,7 @@ fn replace(page: &mut String, (table, lines): (&str, Vec<String>)) {
 /// With `WRITE_RECORD_PAGE=1`, it writes the page.
 #[test]
 fn the_page_lists_every_column_with_its_declared_meaning() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/record.md");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/user/record.md");
     let page = std::fs::read_to_string(&path).unwrap();
     let mut expected = page.clone();
     let mut of_agents = lines::<AgentEventRow>();
@@ -65,5 +65,5 @@ fn the_page_lists_every_column_with_its_declared_meaning() {
     }
     let different = page.lines().zip(expected.lines()).find(|(line, expected)| line != expected);
     let advice = "run `WRITE_RECORD_PAGE=1 cargo test -p standoff-record docs`";
-    assert!(page == expected, "docs/record.md differs from the declared columns, first in {different:?}: {advice}");
+    assert!(page == expected, "docs/user/record.md differs from the declared columns, first in {different:?}: {advice}");
 }

@@ -381,7 +381,7 @@ rows! {
     #[derive(Copy)]
     pub struct TrackRow in "tracks" and "agent_tracks" {
         /// Id of the true target, as in `truth`. If sensors report no identities, it follows from the assignment of
-        /// tracks to targets (docs/metrics.md); a track of no target has the number in `track`.
+        /// tracks to targets (docs/user/metrics.md); a track of no target has the number in `track`.
         pub target: u32,
         /// `cued` (reported by a cue source, not measured yet), `updated` (measured in this time step) or `coasting`
         /// (predicted).

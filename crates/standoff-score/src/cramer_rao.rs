@@ -20,7 +20,7 @@ use crate::geometry::{at, position};
 use crate::matching::Matching;
 use crate::mean::Mean;
 
-/// Compares the estimates of group members with the Cramer-Rao bound of `docs/metrics.md`, frame by frame.
+/// Compares the estimates of group members with the Cramer-Rao bound of `docs/user/metrics.md`, frame by frame.
 #[derive(Debug, Clone)]
 pub struct Bound {
     transition: Transition,

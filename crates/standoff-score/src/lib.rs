@@ -1,4 +1,4 @@
-//! Scores of a run, computed from its record frame by frame in bounded memory. `docs/metrics.md` defines each metric.
+//! Scores of a run, computed from its record frame by frame in bounded memory. `docs/user/metrics.md` defines each metric.
 
 // The fixtures that tests of several crates share use the same paths here as there.
 #[cfg(test)]

@@ -16,7 +16,7 @@ pub enum WorseDirection {
     Large,
 }
 
-/// Label and comparison settings of a metric; `docs/metrics.md` has the definitions.
+/// Label and comparison settings of a metric; `docs/user/metrics.md` has the definitions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MetricInfo {
     /// Name of the metric.
@@ -151,7 +151,7 @@ fn is_of_one_agent(name: &str, needs: ReportedTables) -> bool {
 }
 
 metrics! {
-    /// Scores of a run, defined in `docs/metrics.md`. A value is `None` if it was not selected or if nothing could be
+    /// Scores of a run, defined in `docs/user/metrics.md`. A value is `None` if it was not selected or if nothing could be
     /// measured, for example the phase error of a single UAV.
     Metrics {
         "Custody" {

@@ -1,5 +1,5 @@
 //! A custom controller: every UAV flies towards the nearest vehicle that it has measured, and points its sensor there.
-//! It reports no tracks or groups, so only metrics of views and separation are computed. `docs/controllers.md` explains
+//! It reports no tracks or groups, so only metrics of views and separation are computed. `docs/user/controllers.md` explains
 //! it.
 //!
 //! ```text

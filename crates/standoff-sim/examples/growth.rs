@@ -1,6 +1,6 @@
 //! Measures how the CPU time of a time step grows with the size of the team, at ten targets per UAV, and draws it.
 //!
-//! `growth FIGURE STEPS UAVS...` writes an SVG file; docs/benchmarks.md explains it.
+//! `growth FIGURE STEPS UAVS...` writes an SVG file; docs/developer/benchmarks.md explains it.
 
 use std::path::Path;
 use std::process::ExitCode;

@@ -1,7 +1,7 @@
 //! Measures a radio with packet loss and latency at different sizes of the team and the traffic, and the time of the
 //! agents' steps, which include rollback and replay.
 //!
-//! `radio LATENCY_S RUNS REPETITIONS UAVSxVEHICLES...` prints a table; docs/radio.md and docs/benchmarks.md explain it.
+//! `radio LATENCY_S RUNS REPETITIONS UAVSxVEHICLES...` prints a table; docs/user/radio.md and docs/developer/benchmarks.md explain it.
 
 use std::process::ExitCode;
 use std::time::Duration;

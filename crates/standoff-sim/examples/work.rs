@@ -1,6 +1,6 @@
 //! Repeats one kind of work, to count its instructions and CPU time.
 //!
-//! `work KIND REPETITIONS`; docs/benchmarks.md describes the kinds.
+//! `work KIND REPETITIONS`; docs/developer/benchmarks.md describes the kinds.
 
 mod equations;
 #[path = "../../standoff/benches/pieces/mod.rs"]

@@ -3,7 +3,7 @@
 //! At the lowest commanded speed, the climb is limited to the rate at full power; at the highest one, the descent to that
 //! with the engine idle: speed has priority over height.
 //!
-//! The bank angle is commanded by [`InnerLoop`], as in `standoff-fly`. `docs/dynamics.md` describes the model and its
+//! The bank angle is commanded by [`InnerLoop`], as in `standoff-fly`. `docs/user/dynamics.md` describes the model and its
 //! sources.
 
 use standoff::research::{GRAVITY_M_S2, density_ratio};

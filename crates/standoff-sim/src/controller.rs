@@ -1,7 +1,7 @@
 //! Interface between the simulator and the controller that flies the UAVs: the built-in agents, or your own controller.
 //!
 //! In every time step each UAV observes, then each UAV receives the messages of the others, then each decides.
-//! `docs/controllers.md` explains how to write a controller; `examples/follower.rs` is its example.
+//! `docs/user/controllers.md` explains how to write a controller; `examples/follower.rs` is its example.
 
 use standoff::{
     Agent, AgentOutput, AirVelocity, Command, Geofence, Message, Observation, ParamError, Scan, TeamAgent, TeamParams,

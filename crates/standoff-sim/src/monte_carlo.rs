@@ -1,4 +1,4 @@
-//! Monte Carlo simulation: runs of one scenario on all cores, with a journal and statistics. `docs/monte-carlo.md`
+//! Monte Carlo simulation: runs of one scenario on all cores, with a journal and statistics. `docs/user/monte-carlo.md`
 //! describes the user's view.
 //!
 //! ```text

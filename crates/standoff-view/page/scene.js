@@ -196,7 +196,7 @@ const isOutOfView = (in_view) => in_view === 0;
  * for values in the team state. `velocity_m_s` is the true velocity, `null` if it is not on the page. `uavsWithView` returns the UAVs
  * that have a position in view.
  *
- * Its state has the terms of docs/metrics.md. `out_of_view` is true geometry and does not depend on the membership; a group member
+ * Its state has the terms of docs/user/metrics.md. `out_of_view` is true geometry and does not depend on the membership; a group member
  * (`group` is not null) that is in view is in custody.
  */
 function makeTarget(id, { truth, movedTruth, at, moved, velocity_m_s, uavsWithView, radialSpeed_m_s, period_s }) {

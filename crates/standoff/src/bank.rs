@@ -10,7 +10,7 @@
 //! to climb at c, or to descend at s, at constant speed. A climb leaves less of it to accelerate, and one faster than c
 //! costs speed.
 //!
-//! `docs/dynamics.md` gives the sources.
+//! `docs/user/dynamics.md` gives the sources.
 
 use crate::angle::Angle;
 use crate::atmosphere::GRAVITY_M_S2;

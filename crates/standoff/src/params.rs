@@ -573,7 +573,7 @@ impl TeamParams {
     }
 
     /// Returns the recommended parameters: those of [`Self::paper`] with this project's grouping and guidance
-    /// and with collision avoidance, as used by scenarios that name no law. `docs/validation.md` lists the measured
+    /// and with collision avoidance, as used by scenarios that name no law. `docs/developer/validation.md` lists the measured
     /// gain of each modification.
     ///
     /// ```

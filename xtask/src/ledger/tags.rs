@@ -16,7 +16,7 @@ pub(crate) enum Claim {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Tag {
     pub(crate) claim: Claim,
-    /// Id of the equation, as in docs/equations.toml.
+    /// Id of the equation, as in docs/developer/equations.toml.
     pub(crate) equation: String,
     /// Path relative to the root of the workspace, with `/`.
     pub(crate) path: String,

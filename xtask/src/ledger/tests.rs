@@ -40,7 +40,7 @@ fn code_of_an_equation_that_is_not_implemented_is_reported() {
     check(
         Status::Planned,
         BOTH,
-        &["crates/a/src/b.rs:1: `f` implements Eq. (5), which docs/equations.toml lists as not implemented"],
+        &["crates/a/src/b.rs:1: `f` implements Eq. (5), which docs/developer/equations.toml lists as not implemented"],
     );
     check(Status::OutOfScope, BOTH, &["`f` implements Eq. (5)"]);
 }
@@ -53,7 +53,7 @@ fn an_unknown_equation_is_reported_with_its_place() {
 #[test]
 fn an_equation_that_is_listed_twice_is_reported() {
     let problems = problems(&[equation("5", Status::Planned), equation("5", Status::Planned)], &[]);
-    assert_eq!(problems, ["docs/equations.toml: Eq. (5) is listed twice: remove one"]);
+    assert_eq!(problems, ["docs/developer/equations.toml: Eq. (5) is listed twice: remove one"]);
 }
 
 #[test]
@@ -72,7 +72,7 @@ fn a_row_links_code_and_tests_and_deviations_follow_the_table() {
     let mut with = equation("5", Status::Implemented);
     with.deviation = Some("Because.".to_string());
     let text = render(&[with, equation("Lemma 3.1", Status::Planned), equation("6", Status::Implemented)], &tags(BOTH));
-    let row = "| (5) | a title | implemented | [`f`](../crates/a/src/b.rs) | [`g`](../crates/a/src/b.rs) |\n";
+    let row = "| (5) | a title | implemented | [`f`](../../crates/a/src/b.rs) | [`g`](../../crates/a/src/b.rs) |\n";
     assert!(text.contains(row), "{text}");
     assert!(text.contains("| Lemma 3.1 | a title | planned | - | - |\n"), "{text}");
     assert!(text.contains("| (6) | a title | implemented | **missing** | **missing** |\n"), "{text}");

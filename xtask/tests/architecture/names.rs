@@ -112,7 +112,7 @@ impl Known {
 fn the_documents_name_only_what_exists() {
     let known = Known::new();
     let mut missing = String::new();
-    for document in ["ARCHITECTURE.md", "docs/embedding.md"] {
+    for document in ["ARCHITECTURE.md", "docs/user/embedding.md"] {
         let text = fs::read_to_string(root().join(document)).expect("the document can be read");
         for (line, name) in quoted(&text).into_iter().filter(|(_, name)| !known.has(name)) {
             missing.push_str(&format!("{document}:{line}: `{name}` does not exist in the source\n"));

@@ -73,7 +73,7 @@ fn without_arguments_it_flies_figure_9_compares_the_papers_law_and_prints_the_re
     }
 }
 
-/// If each UAV has its own team state, a figure shows how well they agree. docs/radio.md includes this figure;
+/// If each UAV has its own team state, a figure shows how well they agree. docs/user/radio.md includes this figure;
 /// `scripts/take_pictures` updates it.
 #[test]
 fn a_run_with_per_uav_team_states_writes_the_agreement_figure_of_the_docs() {
@@ -120,14 +120,14 @@ fn metrics_are_chosen_by_name() {
     assert!(!table.contains("velocity error"), "{table}");
 }
 
-/// docs/metrics.md defines exactly the metrics that are printed.
+/// docs/user/metrics.md defines exactly the metrics that are printed.
 #[test]
 fn every_metric_is_defined() {
     let folder = tempfile::tempdir().unwrap();
     let output = standoff(folder.path(), &["run", "tour/01-one-uav", "--metrics", "all", "--json"]);
     let printed: Value = serde_json::from_slice(&output.stdout).unwrap();
     let printed: Vec<_> = printed["metrics"].as_object().unwrap().keys().cloned().collect();
-    let page = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/metrics.md")).unwrap();
+    let page = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/user/metrics.md")).unwrap();
     let rows: Vec<Vec<&str>> = page
         .lines()
         .filter(|line| line.starts_with("| `") && line.matches(" | ").count() == 4)

@@ -47,7 +47,7 @@ fn every_study_runs_and_none_depends_on_the_number_of_threads() {
         assert!(output.status.success(), "{}", text(&output.stderr));
         (files(folder.path()), text(&output.stdout))
     };
-    let (written, printed) = run("3", &["--page", "docs/page.md"]);
+    let (written, printed) = run("3", &["--page", "docs/user/page.md"]);
     // The study of coverage takes most of the time, and flies its runs as the others do.
     for study in STUDIES.into_iter().filter(|study| *study != "coverage") {
         let (one, _) = run("1", &[study]);
@@ -64,7 +64,7 @@ fn every_study_runs_and_none_depends_on_the_number_of_threads() {
     assert!(summary.contains("  Table II: tracking one group") && summary.contains("  total "));
     assert!(summary.contains(" of these verdicts are weak: they come from fewer than 30 runs"), "{summary}");
 
-    let page = text(&written["docs/page.md"]);
+    let page = text(&written["docs/user/page.md"]);
     for study in STUDIES {
         let claims: serde_json::Value = serde_json::from_slice(&written[&format!("out/{study}.json")]).unwrap();
         let claims = claims.as_array().unwrap();

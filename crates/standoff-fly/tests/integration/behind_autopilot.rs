@@ -1,11 +1,11 @@
-//! Flights of the program behind the identified aircraft, with the documented parameters of docs/fly.md.
+//! Flights of the program behind the identified aircraft, with the documented parameters of docs/user/fly.md.
 
 use crate::common::flight::{Flight, config};
 use crate::common::offline_flight::{Flown, Target, TargetMotion, manoeuvring, straight};
 use standoff_fly::authority::State;
 use standoff_fly::config::Config;
 
-/// Configuration of the `team.toml` of docs/fly.md.
+/// Configuration of the `team.toml` of docs/user/fly.md.
 fn documented() -> Config {
     let mut config = config();
     let params = &mut config.params;

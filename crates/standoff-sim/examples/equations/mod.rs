@@ -2,7 +2,7 @@
 //! in arrays, without agents, messages, groups, custody, record or general scores.
 //!
 //! It calls the functions that agents and the simulator call, so that its cost is the share of the equations in that of a
-//! run. docs/benchmarks.md compares both; a test compares their results.
+//! run. docs/developer/benchmarks.md compares both; a test compares their results.
 
 use core::array::from_fn;
 

@@ -248,7 +248,7 @@ fn near_errors(scenario: &str, set: &[&str], runs: u64) -> [[f64; 2]; 3] {
 }
 
 /// UAVs that start over a target or near it: one or three, a target at rest or moving, labelled or not, precise and
-/// coarse sensors, short time steps, pose errors. docs/sensing.md has more runs.
+/// coarse sensors, short time steps, pose errors. docs/user/sensing.md has more runs.
 #[test]
 fn stat_estimates_near_the_sensor_are_consistent() {
     let over = "duration_s = 20\n[[uavs.start]]\nheading_deg = 0\n[[targets.start]]\n";

@@ -183,7 +183,7 @@ fn unreported_tables_are_not_scored() {
 
 #[test]
 fn book_quotes_the_output_of_the_follower() {
-    let page = include_str!("../../../../docs/controllers.md");
+    let page = include_str!("../../../../docs/user/controllers.md");
     let command = "--example follower -- tour/04-two-groups 1\n";
     let quoted = page.split(command).nth(1).unwrap().split("```").next().unwrap();
     assert_eq!(quoted.lines().collect::<Vec<_>>(), follower::compared("tour/04-two-groups", 1).unwrap());

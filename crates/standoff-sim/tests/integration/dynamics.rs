@@ -69,7 +69,7 @@ fn the_record_satisfies_the_equation_of_the_turn() {
 }
 
 /// With power to spare, the settled error of the orbit at 23 m/s is near that of the kinematic model: for coordinated and
-/// uncoordinated turns, and for aircraft that roll immediately. At 40 m/s it is larger: docs/dynamics.md.
+/// uncoordinated turns, and for aircraft that roll immediately. At 40 m/s it is larger: docs/user/dynamics.md.
 #[test]
 fn the_settled_orbit_error_is_near_that_of_the_kinematic_model() {
     const SPEED: [&str; 2] = ["uavs.speed_m_s=23", "uavs.speed_change_max_m_s=7"];

@@ -1,4 +1,4 @@
-//! The mission by the equations alone. docs/benchmarks.md compares its cost with that of a run.
+//! The mission by the equations alone. docs/developer/benchmarks.md compares its cost with that of a run.
 
 use standoff_score::MetricSelection;
 use standoff_sim::run::fly;

@@ -219,7 +219,7 @@ fn paper_table_2_columns_have_the_published_order() {
     assert!(pair.iter().all(|metrics| metrics.member_out_of_view_fraction == Some(0.0)));
 }
 
-/// Calibration of `docs/calibration.md`: over 200 runs, the eight guidance metrics of Table II are within 25 % of the
+/// Calibration of `docs/developer/calibration.md`: over 200 runs, the eight guidance metrics of Table II are within 25 % of the
 /// paper's, the off-boresight angles within 10 %. The tolerance also covers the scatter of 40 runs. No target has to be
 /// removed, as in the paper.
 #[test]
@@ -646,7 +646,7 @@ fn stat_consistency_is_per_random_state() {
     assert!((anees - 1.0).abs() < 0.06, "{anees}");
 }
 
-/// Targets of `improved/table-2-pair` in 40 runs; docs/validation.md has 200, and 10,000 for the time in view.
+/// Targets of `improved/table-2-pair` in 40 runs; docs/developer/validation.md has 200, and 10,000 for the time in view.
 #[test]
 fn stat_improved_pair_reaches_its_targets() {
     let runs: Vec<Metrics> = (1..=40).map(|seed| fly("improved/table-2-pair", &[], seed)).collect();

@@ -63,7 +63,7 @@ fn any_level() -> impl Strategy<Value = Level> {
 /// A key, its default, its lowest and its highest value.
 type Key = (&'static str, f64, f64, f64);
 
-/// All numeric scenario keys whose range does not depend on another key; described in `docs/scenarios.md`.
+/// All numeric scenario keys whose range does not depend on another key; described in `docs/user/scenarios.md`.
 const KEYS: &[Key] = &[
     ("period_s", 0.5, 0.01, 10.0),
     ("transient_s", 30.0, 0.0, 1e9),

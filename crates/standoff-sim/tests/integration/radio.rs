@@ -1,4 +1,4 @@
-//! Faults of radio, computers and clocks: each scenario key has the effect described in docs/scenarios.md, and no
+//! Faults of radio, computers and clocks: each scenario key has the effect described in docs/user/scenarios.md, and no
 //! other.
 
 mod reference_replay;

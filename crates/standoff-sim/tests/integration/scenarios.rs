@@ -233,9 +233,9 @@ fn line_endings_and_byte_order_mark_do_not_matter() {
 
 #[test]
 fn schema_for_editors_is_up_to_date() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/scenario.schema.json");
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/user/scenario.schema.json");
     let schema = format!("{:#}\n", standoff_sim::scenario::schema());
-    let hint = "write it again: standoff scenarios schema > docs/scenario.schema.json";
+    let hint = "write it again: standoff scenarios schema > docs/user/scenario.schema.json";
     assert!(fs::read_to_string(path).unwrap() == schema, "{hint}");
 }
 
@@ -444,7 +444,7 @@ fn the_largest_scenario_can_be_read_again() {
 /// Every key of a resolved scenario is on the reference page, and every example there loads.
 #[test]
 fn reference_page_has_every_key() {
-    let page = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/scenarios.md")).unwrap();
+    let page = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/user/scenarios.md")).unwrap();
     let blocks: Vec<&str> = page.split("```toml\n").skip(1).map(|rest| rest.split("```").next().unwrap()).collect();
     assert_eq!(blocks.len(), 12);
     let keys = |text: &str| -> Vec<String> {
@@ -479,7 +479,7 @@ fn reference_page_has_every_key() {
 /// The defaults on the reference page are the actual defaults.
 #[test]
 fn reference_page_has_the_defaults() {
-    let page = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/scenarios.md")).unwrap();
+    let page = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/user/scenarios.md")).unwrap();
     let full = page.split("```toml\n").nth(2).unwrap().split("```").next().unwrap();
     let (page, bare) = (load(full).unwrap().settings, load(TARGET).unwrap().settings);
     assert_eq!((page.duration, page.period, page.transient), (bare.duration, bare.period, bare.transient));

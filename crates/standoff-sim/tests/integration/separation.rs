@@ -2,7 +2,7 @@
 //! between time steps.
 //!
 //! `SEPARATION_RUNS=1000 cargo test --release -p standoff-sim --test integration -- separation --ignored --nocapture`
-//! flies that many runs of each family and prints the table of `docs/separation.md`. `SEPARATION_FAMILIES=few,zone`
+//! flies that many runs of each family and prints the table of `docs/user/separation.md`. `SEPARATION_FAMILIES=few,zone`
 //! selects families, `SEPARATION_SEED` sets the first seed, and `SEPARATION_SET='separation=false'` changes scenarios.
 
 use std::fmt::Write as _;

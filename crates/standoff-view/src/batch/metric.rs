@@ -1,4 +1,4 @@
-//! Descriptions of metrics for the page. `docs/metrics.md` defines each metric.
+//! Descriptions of metrics for the page. `docs/user/metrics.md` defines each metric.
 
 use serde::Serialize;
 use standoff_score::{MetricInfo, Metrics, WorseDirection};

@@ -1,5 +1,5 @@
 //! The agent on a companion computer, using only the library. Each process flies one UAV of a team that tracks three
-//! vehicles and communicates over UDP. `docs/embedding.md` explains the program.
+//! vehicles and communicates over UDP. `docs/user/embedding.md` explains the program.
 //!
 //! ```text
 //! cargo run -p standoff --example companion -- --uav 0 --team 2 --port 47000 --seconds 60 --lose 20

@@ -1,4 +1,4 @@
-//! The example of docs/embedding.md works as the page describes.
+//! The example of docs/user/embedding.md works as the page describes.
 
 #[expect(dead_code, reason = "the example has its own main")]
 #[path = "../../examples/companion/main.rs"]
@@ -230,7 +230,7 @@ fn an_agent_can_move_to_another_thread() {
 /// Without packet loss, the output of a process depends only on the mission time.
 #[test]
 fn the_book_quotes_the_printed_lines() {
-    let page = include_str!("../../../../docs/embedding.md");
+    let page = include_str!("../../../../docs/user/embedding.md");
     let quoted = page.split("--uav 0 --team 2 --port 47000 --seconds 120 --start-us $start\n").nth(1).unwrap();
     let mut printed = Vec::new();
     fly(team(2), 118, (0, 0), |_, _| true, |_, pair| printed.push(pair[0].line()));

@@ -1,4 +1,4 @@
-//! The example of docs/embedding.md as separate processes over UDP. They agree although messages are lost and processes
+//! The example of docs/user/embedding.md as separate processes over UDP. They agree although messages are lost and processes
 //! are stopped, killed and restarted.
 
 use std::collections::BTreeMap;
