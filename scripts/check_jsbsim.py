@@ -4,7 +4,7 @@ JSBSim, an independent model of flight, and checks orbit errors, distances, late
 
 Usage: scripts/check_jsbsim.py [--seconds S] [--only NAME ...]    flies all flights at the same time
 
-The program is $STANDOFF, built with the feature `fly`. Exits with 1 if a limit is exceeded.
+The program is $STANDOFF. Exits with 1 if a limit is exceeded.
 """
 
 import argparse

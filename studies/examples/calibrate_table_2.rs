@@ -21,7 +21,7 @@ use std::num::NonZeroUsize;
 use std::ops::Range;
 use std::{env, fmt, slice};
 
-use standoff::research::math;
+use standoff::math;
 use standoff_score::{MetricSelection, Metrics, Scorer};
 use standoff_sim::monte_carlo::{each_seed, pooled_root_ratio};
 use standoff_sim::random::{Draws, Stream};

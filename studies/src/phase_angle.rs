@@ -1,8 +1,9 @@
 //! Figures 6 and 7: information (36) of a pair of UAVs about a target away from the centre of their orbit.
 
-use standoff::research::{
-    equal_accuracy_range_m, optimal_phase_difference_rad, pair_information_1_m4, pair_information_at_1_m4,
-};
+use standoff::guidance::pair_information::equal_accuracy_range_m;
+use standoff::guidance::pair_information::optimal_phase_difference_rad;
+use standoff::guidance::pair_information::pair_information_1_m4;
+use standoff::guidance::pair_information::pair_information_at_1_m4;
 use standoff::{Angle, Displacement, Position, SensorParams, TeamParams};
 use standoff_view::figures::study::{Line, Plot};
 

@@ -41,7 +41,6 @@ pub(crate) struct ServeArgs {
 
 impl ServeArgs {
     /// Options of a command whose `--listen` has another meaning.
-    #[cfg(feature = "fly")]
     pub(crate) fn at(listen: Option<SocketAddr>, no_open: bool) -> Self {
         Self { listen, no_open, tiles: None }
     }

@@ -3,7 +3,6 @@
 mod baseline;
 mod compare;
 mod completions;
-#[cfg_attr(not(feature = "fly"), path = "fly_disabled.rs")]
 mod fly;
 mod live_view;
 mod maps;

@@ -5,7 +5,7 @@ use mavlink::dialects::ardupilotmega::{
     MISSION_REQUEST_INT_DATA, MISSION_REQUEST_LIST_DATA, MavAutopilot, MavCmd, MavFrame, MavMessage, MavMissionResult,
     MavMissionType, MavModeFlag, MavState, MavType, PARAM_REQUEST_READ_DATA, SET_ATTITUDE_TARGET_DATA,
 };
-use standoff::research::math;
+use standoff::math;
 
 /// Component id of the autopilot (MAV_COMP_ID_AUTOPILOT1).
 pub const AUTOPILOT_COMPONENT_ID: u8 = 1;

@@ -1,7 +1,7 @@
 //! Feed of detections and cues: one JSON object per line, `docs/user/fly.md` describes it.
 
 use serde::Deserialize;
-use standoff::research::Allowed;
+use standoff::validation::Allowed;
 use standoff::{Angle, Detection, Duration, ParamError, RangeBearingMeasurement, TargetLabel, Velocity};
 
 /// Maximum number of detections in a scan.

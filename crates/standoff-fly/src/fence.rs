@@ -4,7 +4,7 @@
 //! of the library do. If `FENCE_OPTIONS` allows the union of inclusion zones, the intersection is on the safe side.
 
 use mavlink::dialects::ardupilotmega::{MISSION_COUNT_DATA, MISSION_ITEM_INT_DATA, MavCmd, MavMessage, MavMissionType};
-use standoff::research::ZONES_MAX;
+use standoff::safety::geofence::ZONES_MAX;
 use standoff::{Duration, Position, Time, Zone, ZoneKind};
 use standoff_io::geodesy::LocalPlane;
 

@@ -1,7 +1,8 @@
 //! Commands of the agent as messages to the autopilot: roll at every step, airspeed and altitude if they change.
 
 use mavlink::dialects::ardupilotmega::MavMessage;
-use standoff::research::{GRAVITY_M_S2, math};
+use standoff::atmosphere::GRAVITY_M_S2;
+use standoff::math;
 use standoff::{AgentOutput, Angle, Command, Demand, Duration, InnerLoop, InnerLoopInputs, Time, Velocity, Wind};
 
 use crate::command;

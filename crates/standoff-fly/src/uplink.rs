@@ -118,7 +118,7 @@ impl Uplink {
 
 #[cfg(test)]
 mod tests {
-    use standoff::research::math::PI;
+    use standoff::math::PI;
 
     use super::*;
 
@@ -170,7 +170,7 @@ mod tests {
     }
 
     fn sin(x: f64) -> f64 {
-        standoff::research::math::sin_cos(x).0
+        standoff::math::sin_cos(x).0
     }
 
     /// Steps between the limits, the limit cycle that ArduPlane's simulator showed, targets that the autopilot limits, and

@@ -9,7 +9,8 @@ use mavlink::dialects::ardupilotmega::{
     GLOBAL_POSITION_INT_DATA, GpsFixType, HEARTBEAT_DATA, MavCmd, MavLandedState, MavMessage, MavModeFlag, MavResult,
     MavState, VFR_HUD_DATA,
 };
-use standoff::research::{density_ratio, math};
+use standoff::atmosphere::density_ratio;
+use standoff::math;
 use standoff::{AirVelocity, Angle, Duration, Position, Time, TrafficReport, UavState, Velocity, Vertical};
 use standoff_io::geodesy::LocalPlane;
 

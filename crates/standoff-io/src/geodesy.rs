@@ -131,7 +131,7 @@ fn check(name: &'static str, value: f64, min: f64, max: f64) -> Result<(), Geode
 
 #[cfg(test)]
 mod tests {
-    use standoff::research::math;
+    use standoff::math;
 
     use super::*;
 

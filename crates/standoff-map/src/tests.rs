@@ -451,7 +451,7 @@ fn distance_m([x, y]: [f64; 2], [a, b]: [[f64; 2]; 2]) -> f64 {
     let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
     let along = ((x - a[0]) * dx + (y - a[1]) * dy) / (dx * dx + dy * dy).max(1e-9);
     let along = along.clamp(0.0, 1.0);
-    standoff::research::math::hypot(x - a[0] - along * dx, y - a[1] - along * dy)
+    standoff::math::hypot(x - a[0] - along * dx, y - a[1] - along * dy)
 }
 
 fn is_inside([x, y]: [f64; 2], ring: &[[f64; 2]]) -> bool {

@@ -9,7 +9,11 @@ use std::sync::Arc;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyFrozenSet, PyList, PyTuple};
-use standoff::research::{Assignment, AssignmentLaw, AvailableUav, CandidateGroup, LimitedCommand};
+use standoff::coordination::assignment::Assignment;
+use standoff::coordination::assignment::AssignmentLaw;
+use standoff::coordination::assignment::AvailableUav;
+use standoff::coordination::assignment::CandidateGroup;
+use standoff::uav::LimitedCommand;
 use standoff::{
     AgentOutput, Command as Flown, Cue, GroupId, Message, PointingTarget, Position, Report, Scan, TeamAgent, Time,
     TrafficReport, UavId, UavParams, UavState, Velocity,

@@ -65,5 +65,8 @@ fn the_page_lists_every_column_with_its_declared_meaning() {
     }
     let different = page.lines().zip(expected.lines()).find(|(line, expected)| line != expected);
     let advice = "run `WRITE_RECORD_PAGE=1 cargo test -p standoff-record docs`";
-    assert!(page == expected, "docs/user/record.md differs from the declared columns, first in {different:?}: {advice}");
+    assert!(
+        page == expected,
+        "docs/user/record.md differs from the declared columns, first in {different:?}: {advice}"
+    );
 }

@@ -3,7 +3,11 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use standoff::research::{CentreEstimate, MotionParams, OrbitMotion, Spread, StandoffDistance};
+use standoff::guidance::orbit_motion::OrbitMotion;
+use standoff::guidance::standoff_distance::Spread;
+use standoff::guidance::standoff_distance::StandoffDistance;
+use standoff::params::CentreEstimate;
+use standoff::params::MotionParams;
 use standoff::{Geofence, SensorParams, SeparationParams, TargetParams, TargetState, TeamParams, Velocity};
 use standoff_record::{Frame, ReportedTables};
 

@@ -10,7 +10,7 @@
 //! geometry and measurements only: it does not use the information that an undetected target was out of view.
 
 use nalgebra::Matrix2;
-use standoff::research::Transition;
+use standoff::target::Transition;
 use standoff::{Covariance, Duration, Position, SensorParams};
 use standoff_record::Frame;
 

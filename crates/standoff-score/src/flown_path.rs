@@ -7,7 +7,10 @@
 //! within 0.01 m of (1). The path of an intruder or of a banking UAV is one such curve, between two recorded states.
 
 use nalgebra::{Vector2, Vector3};
-use standoff::research::{AutopilotModel, Integrator, least_length, math};
+use standoff::math;
+use standoff::params::Integrator;
+use standoff::safety::predicted_trajectory::least_length;
+use standoff::uav::AutopilotModel;
 use standoff::{Angle, Command, Duration, Position, TeamParams, UavState, Velocity};
 use standoff_record::{IntruderRow, UavRow};
 

@@ -1,6 +1,6 @@
 //! Scores of a single frame relative to the truth. The metrics average these values.
 
-use standoff::research::Grid;
+use standoff::grid::Grid;
 use standoff_record::{DerivedColumns, Frame, GroupRow, UavRow, ViewRow};
 
 use crate::config::ScoreConfig;

@@ -96,7 +96,7 @@ fn add_crossed(geofence: &Geofence, curve: &Curve, altitudes_m: [f64; 2], crosse
 mod tests {
     use super::*;
     use crate::row_fixtures::uav_row;
-    use standoff::research::math;
+    use standoff::math;
     use standoff::{Position, Zone, ZoneKind};
 
     fn config(geofence: &Geofence, team: &TeamParams) -> ScoreConfig {
@@ -148,7 +148,7 @@ mod tests {
         let geofence = geofence.unwrap();
         // At 300 m, like all UAVs without a recorded altitude.
         let mut team = TeamParams::recommended();
-        team.group.altitude_policy = standoff::research::AltitudePolicy::Common;
+        team.group.altitude_policy = standoff::params::AltitudePolicy::Common;
         let count = |flown: &[(f64, Option<f64>, Option<f64>)]| {
             let mut zones = Zones::default();
             for &(x_m, altitude_m, commanded_altitude_m) in flown {

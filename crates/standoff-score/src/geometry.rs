@@ -3,10 +3,10 @@
 
 use std::collections::BTreeSet;
 
-use standoff::research::{
-    CentreEstimate, EnclosingCircle, Grid,
-    math::{self, TAU},
-};
+use standoff::enclosing_circle::EnclosingCircle;
+use standoff::grid::Grid;
+use standoff::math::{self, TAU};
+use standoff::params::CentreEstimate;
 use standoff::{Angle, Position, RangeBearingMeasurement, SensorParams, TargetState, Velocity};
 use standoff_record::{Frame, GroupRow, TrackRow, TruthRow, UavRow};
 

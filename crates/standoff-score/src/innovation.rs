@@ -15,7 +15,9 @@
 //! weights, so it is never negative, whatever the measurement errors and the sensor accuracy.
 
 use nalgebra::Matrix2;
-use standoff::research::{Transition, jacobian, measure};
+use standoff::sensor::jacobian;
+use standoff::sensor::measure;
+use standoff::target::Transition;
 use standoff::{Angle, Covariance, Duration, Position, RangeBearingMeasurement, SensorParams, TargetState};
 use standoff_record::{Frame, TrackRow};
 

@@ -36,7 +36,9 @@ mod separation;
 mod transit;
 mod true_orbits;
 
-use standoff::research::{ByGroup, OrbitMotion, math};
+use standoff::by_group::ByGroup;
+use standoff::guidance::orbit_motion::OrbitMotion;
+use standoff::math;
 use standoff::{Displacement, Position};
 use standoff_record::{Frame, GroupRow};
 
@@ -545,7 +547,7 @@ mod tests {
     use crate::common::{config_of, score, score_config};
     use crate::missions::{frames, load};
     use crate::row_fixtures::{group_row, track_row, truth_row, uav_row};
-    use standoff::research::CentreEstimate;
+    use standoff::params::CentreEstimate;
     use standoff_record::{ReportedTables, UavRow};
 
     /// The minimum enclosing circle of these four targets passes through the second and third: its centre is (160, 120)

@@ -8,7 +8,7 @@ mod assignment;
 mod identities;
 
 use standoff::Position;
-use standoff::research::ByGroup;
+use standoff::by_group::ByGroup;
 
 use standoff_record::{DetectionRow, Frame, TrackRow, TruthRow, UavRow};
 

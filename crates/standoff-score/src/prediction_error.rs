@@ -8,7 +8,9 @@
 //! e = |u - c| - r_d        prediction error  = | e(current orbit) - e(orbit predicted one time step ago) |
 //! ```
 
-use standoff::research::{ByGroup, OrbitMotion, Transition};
+use standoff::by_group::ByGroup;
+use standoff::guidance::orbit_motion::OrbitMotion;
+use standoff::target::Transition;
 use standoff::{Duration, TargetState, Velocity};
 use standoff_record::{Frame, GroupRow, TrackRow};
 

@@ -2,7 +2,9 @@
 
 use std::collections::BTreeSet;
 
-use standoff::research::{ByGroup, Grid, least_length};
+use standoff::by_group::ByGroup;
+use standoff::grid::Grid;
+use standoff::safety::predicted_trajectory::least_length;
 use standoff::{Aircraft, SeparationParams, UavId};
 use standoff_record::{Frame, IntruderRow, UavRow};
 
@@ -343,7 +345,7 @@ pub(crate) fn take_least(least: &mut Option<f64>, value: f64) {
 mod tests {
     use super::*;
     use crate::row_fixtures::uav_row;
-    use standoff::research::math::{self, PI};
+    use standoff::math::{self, PI};
     use standoff::{Angle, TeamParams, Velocity};
 
     fn rules(period_s: f64) -> SeparationRules {

@@ -2,7 +2,7 @@
 //! positions.
 
 use standoff::TargetState;
-use standoff::research::OrbitMotion;
+use standoff::guidance::orbit_motion::OrbitMotion;
 use standoff_record::GroupRow;
 
 use crate::config::ScoreConfig;
@@ -57,8 +57,8 @@ fn orbit_of(orbits: &[(u32, TrueOrbit)], group: u32) -> Option<&TrueOrbit> {
 #[cfg(test)]
 mod tests {
     use standoff::Position;
-    use standoff::research::CentreEstimate;
-    use standoff::research::MotionParams;
+    use standoff::params::CentreEstimate;
+    use standoff::params::MotionParams;
 
     use super::*;
     use crate::FrameScorer;

@@ -6,7 +6,8 @@
 //! The bank angle is commanded by [`InnerLoop`], as in `standoff-fly`. `docs/user/dynamics.md` describes the model and its
 //! sources.
 
-use standoff::research::{GRAVITY_M_S2, density_ratio};
+use standoff::atmosphere::GRAVITY_M_S2;
+use standoff::atmosphere::density_ratio;
 use standoff::{
     BankParams, Command, Demand, DesiredPath, Duration, InnerLoop, InnerLoopInputs, UavParams, UavState, Velocity,
     Vertical, Wind,

@@ -12,7 +12,7 @@
 //!
 //! Source: MIL-F-8785C, *Flying Qualities of Piloted Airplanes*, 1980, sections 3.7.2.2 and 3.7.5.
 
-use standoff::research::math;
+use standoff::math;
 use standoff::{Angle, Duration, UavId, Velocity};
 
 use crate::random::{Draws, Stream};

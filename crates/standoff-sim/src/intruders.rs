@@ -1,7 +1,8 @@
 //! True motion of aircraft outside the team: they have the flight dynamics of the UAVs, fly relative to the air, and avoid
 //! no other aircraft.
 
-use standoff::research::{AutopilotModel, Integrator};
+use standoff::params::Integrator;
+use standoff::uav::AutopilotModel;
 use standoff::{Command, Displacement, Message, TeamParams, Time, TrafficReport, UavId, UavParams, UavState};
 
 use crate::scenario::{self, Scenario, Settings};

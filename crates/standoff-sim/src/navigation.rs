@@ -1,6 +1,6 @@
 //! Errors of the position and heading that each UAV assumes to have.
 
-use standoff::research::math;
+use standoff::math;
 use standoff::{Angle, Displacement, Duration, UavId, UavState};
 
 use crate::random::{Draws, Stream};

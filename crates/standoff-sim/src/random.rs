@@ -8,7 +8,7 @@ mod split_mix;
 mod ziggurat;
 
 use split_mix::SplitMix64;
-use standoff::research::math;
+use standoff::math;
 use ziggurat::Ziggurat;
 
 /// Purpose of a draw.

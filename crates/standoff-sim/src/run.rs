@@ -4,7 +4,8 @@
 //! truth -> scans (each along the commanded boresight) -> controller <-> radio -> commands -> truth
 //! ```
 
-use standoff::research::{AutopilotModel, Grid};
+use standoff::grid::Grid;
+use standoff::uav::AutopilotModel;
 use standoff::{
     AgentOutput, AirVelocity, Angle, Command, DesiredPath, Message, ParamError, PointingTarget, Position, Scan, Time,
     UavId, UavState, Velocity, Wind,

@@ -1,6 +1,7 @@
 //! Sensor model: noisy detections of the targets in view, false alarms, and cues of targets that appear.
 
-use standoff::research::{FALSE_ALARM_SPEED_MAX_M_S, Grid};
+use standoff::grid::Grid;
+use standoff::sensor::FALSE_ALARM_SPEED_MAX_M_S;
 use standoff::{
     Angle, Cue, Detection, Displacement, Position, RangeBearingMeasurement, SensorParams, Time, UavId, UavState,
     Velocity,
@@ -176,7 +177,7 @@ mod tests {
     use super::*;
     use crate::common::load;
     use standoff::TargetState;
-    use standoff::research::math;
+    use standoff::math;
 
     /// A sensor at the origin that flies north-east and points along `deg`, and what it detects at tick `tick`.
     fn detect(sensor: &SensorModel, truth: &[Truth], deg: f64, tick: u64) -> Vec<(Detection, Option<TargetId>)> {

@@ -1,6 +1,6 @@
 //! True wind, and the motion of the UAVs relative to the air.
 
-use standoff::research::math;
+use standoff::math;
 use standoff::{AirVelocity, Duration, TeamParams, UavId, UavState, Wind};
 
 use crate::gusts::{GustModel, Gusts};

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector6};
-use standoff::research::Transition;
+use standoff::target::Transition;
 use standoff::{Position, TargetState, Time, Velocity};
 
 use crate::random::{Draw, Draws, Stream};

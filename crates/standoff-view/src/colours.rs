@@ -64,7 +64,7 @@ impl GroupColours {
 mod tests {
     use super::*;
     use crate::row_fixtures::group_row;
-    use standoff::research::math;
+    use standoff::math;
 
     /// Colour vision models as matrices in linear sRGB: normal vision, deuteranopia, protanopia (Machado, Oliveira and
     /// Fernandes 2009).

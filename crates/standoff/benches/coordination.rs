@@ -6,7 +6,11 @@ use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use pieces::{FleetTicks, field, spread};
-use standoff::research::{AvailableUav, CandidateGroup, KMeans, Objective, assign};
+use standoff::coordination::assignment::AvailableUav;
+use standoff::coordination::assignment::CandidateGroup;
+use standoff::coordination::assignment::assign;
+use standoff::coordination::clustering::KMeans;
+use standoff::params::Objective;
 use standoff::*;
 
 fn assignment(c: &mut Criterion) {

@@ -91,8 +91,7 @@ impl Agent {
     /// Longest accepted time between two observations. A longer gap counts as a clock jump: if the agent accepted
     /// one wrong time in the future, it would reject all correct times before it, and would lose its tracks. The value
     /// is also the longest period that the simulator supports.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) const TIME_JUMP_MAX: Duration = Duration::from_us(10_000_000);
+    pub const TIME_JUMP_MAX: Duration = Duration::from_us(10_000_000);
 
     /// Time in which a clock may gain or lose 1 us: 2,000 ppm. Crystals drift by up to 200 ppm.
     const DRIFT_1_US: i64 = 500;
@@ -135,7 +134,6 @@ impl Agent {
     /// Replaces the zones that bind the commands of this UAV: those of the team and its own, such as the fence of its
     /// autopilot. The team state does not depend on them, so they may differ between UAVs and change in flight. Fails, and
     /// changes nothing, in the same cases as [`Self::with_geofence`].
-    #[cfg(feature = "research")]
     pub fn set_own_geofence(&mut self, geofence: Geofence) -> Result<(), Vec<ParamError>> {
         self.own_geofence = TeamGeofence::new(geofence, &self.replica.history.updater.params)?;
         Ok(())
@@ -171,8 +169,7 @@ impl Agent {
     /// Team states whose events were published with the last decision; `true` marks a provisional state, which may
     /// still change. While no messages are missing, this is the current state; otherwise, events are published once
     /// they are certain or likely.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn published_states(&self) -> impl Iterator<Item = (&TeamState, bool)> {
+    pub fn published_states(&self) -> impl Iterator<Item = (&TeamState, bool)> {
         let link_is_degraded = self.link_is_degraded();
         self.replica
             .history
@@ -181,8 +178,7 @@ impl Agent {
     }
 
     /// Last committed time step: nothing up to it can change any more. `None` before the first commit.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn committed_at(&self) -> Option<Time> {
+    pub fn committed_at(&self) -> Option<Time> {
         (self.replica.history.committed >= self.replica.history.start)
             .then(|| self.replica.log.time(self.replica.history.committed))
     }
@@ -204,15 +200,13 @@ impl Agent {
     }
 
     /// Time of the newest report of a UAV that this agent or a teammate received within the retention time.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn last_report_at(&self, uav: UavId) -> Option<Time> {
+    pub fn last_report_at(&self, uav: UavId) -> Option<Time> {
         self.replica.log.teammate(uav).map(|peer| self.replica.log.time(peer.newest))
     }
 
     /// True if messages went missing recently, here or at a teammate: the groups and assignments in use are then those
     /// of the decision lag ago.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn link_is_degraded(&self) -> bool {
+    pub fn link_is_degraded(&self) -> bool {
         self.now.is_some_and(|now| self.replica.log.link_is_degraded(now))
     }
 

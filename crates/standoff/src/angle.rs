@@ -18,8 +18,7 @@ pub struct Angle(f64);
 
 impl Angle {
     /// East, the zero angle.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) const ZERO: Self = Self(0.0);
+    pub const ZERO: Self = Self(0.0);
 
     /// Wraps any finite number of radians.
     #[inline]
@@ -53,29 +52,25 @@ impl Angle {
 
     /// Size of the angle, radians in [0, pi].
     #[inline]
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn abs_rad(self) -> f64 {
+    pub fn abs_rad(self) -> f64 {
         self.0.abs()
     }
 
     /// Cosine.
     #[inline]
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn cos(self) -> f64 {
+    pub fn cos(self) -> f64 {
         math::cos(self.0)
     }
 
     /// Sine.
     #[inline]
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn sin(self) -> f64 {
+    pub fn sin(self) -> f64 {
         math::sin(self.0)
     }
 
     /// Sine and cosine.
     #[inline]
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn sin_cos(self) -> (f64, f64) {
+    pub fn sin_cos(self) -> (f64, f64) {
         math::sin_cos(self.0)
     }
 }

@@ -48,15 +48,13 @@ pub(crate) fn next_bank_command_rad(
 
 impl BankParams {
     /// Turn rate, rad/s, positive anticlockwise, at a bank angle, rad, positive to the right.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn turn_rate_rad_s(&self, bank_rad: f64, speed_m_s: f64) -> f64 {
+    pub fn turn_rate_rad_s(&self, bank_rad: f64, speed_m_s: f64) -> f64 {
         let (sin, cos) = math::sin_cos(bank_rad);
         -self.turn_factor * GRAVITY_M_S2 * sin / (cos * speed_m_s.max(SPEED_MIN_M_S))
     }
 
     /// Maximum turn rate at a speed, rad/s.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn turn_rate_max_rad_s(&self, speed_m_s: f64) -> f64 {
+    pub fn turn_rate_max_rad_s(&self, speed_m_s: f64) -> f64 {
         self.turn_rate_rad_s(-self.bank_max_rad, speed_m_s)
     }
 
@@ -83,8 +81,7 @@ impl BankParams {
     }
 
     /// Bank angle after `dt_s` seconds, rad.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn rolled_rad(&self, bank_rad: f64, command_rad: f64, dt_s: f64) -> f64 {
+    pub fn rolled_rad(&self, bank_rad: f64, command_rad: f64, dt_s: f64) -> f64 {
         let roll_max_rad = self.roll_rate_max_rad_s * dt_s;
         let roll_rad = (command_rad - bank_rad) * (1.0 - math::exp(-dt_s / self.roll_lag_s));
         bank_rad + roll_rad.clamp(-roll_max_rad, roll_max_rad)
@@ -102,8 +99,7 @@ impl BankParams {
 
     /// State after a short step to the bank angle `bank_rad`, by the midpoint rule. `speed_lag_s` is tau_v, `speed_m_s`
     /// the commanded true airspeed, `climb_m_s` the rate of climb. The altitude does not change.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn step(
+    pub fn step(
         &self,
         from: &UavState,
         bank_rad: f64,

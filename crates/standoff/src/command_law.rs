@@ -468,15 +468,13 @@ impl DesiredCommands for CommandLaw<'_> {
 
 impl TeamParams {
     /// Command of a UAV that knows no targets or whose computer is off: the smallest orbit at its position.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn fallback_command(&self) -> Command {
+    pub fn fallback_command(&self) -> Command {
         let (speed_m_s, radius_m) = (self.uav.speed_m_s, self.stationary_orbit_bounds().radius_min_m);
         Command { speed_m_s, turn_rate_rad_s: self.guidance.orbit_direction.sign() * speed_m_s / radius_m }
     }
 
     /// Altitude of a UAV that is not assigned to a group yet, m: the lowest one, or its own; within the limits.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn initial_altitude_m(&self, uav: UavId) -> f64 {
+    pub fn initial_altitude_m(&self, uav: UavId) -> f64 {
         self.limit_altitude_m(self.own_altitude_m(uav).unwrap_or(self.group.altitude_lowest_m))
     }
 
@@ -503,8 +501,7 @@ impl TeamParams {
 
     /// Lowest and highest altitude that a UAV may have from now on, m: those that it may be commanded to fly at, and
     /// those on the way to them. UAVs level off without overshoot.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn altitudes_m(&self, uav: UavId, now: Option<Vertical>) -> [f64; 2] {
+    pub fn altitudes_m(&self, uav: UavId, now: Option<Vertical>) -> [f64; 2] {
         let [low_m, high_m] = self.commanded_altitudes_m(uav);
         let Some(Vertical { altitude_m, climb_rate_m_s }) = now else { return [low_m, high_m] };
         // A UAV that climbs away from these altitudes first levels off.

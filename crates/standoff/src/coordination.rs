@@ -1,16 +1,16 @@
 //! Coordination of the team: the groups of targets, their members and orbits, and the UAVs that are assigned to them.
 
-pub(crate) mod assignment;
-pub(crate) mod clustering;
+pub mod assignment;
+pub mod clustering;
 pub(crate) mod desired_centre;
-pub(crate) mod dwell;
-pub(crate) mod event;
-pub(crate) mod group;
-pub(crate) mod group_centre;
+pub mod dwell;
+pub mod event;
+pub mod group;
+pub mod group_centre;
 pub(crate) mod grouping;
-pub(crate) mod lost_target_search;
-pub(crate) mod memberships;
+pub mod lost_target_search;
+pub mod memberships;
 pub(crate) mod reported_places;
 mod required_orbit;
 mod spread;
-pub(crate) mod teammate;
+pub mod teammate;

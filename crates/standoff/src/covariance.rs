@@ -21,14 +21,12 @@ const OWN: [[usize; 3]; 3] = [[0, 1, 2], [1, 3, 4], [2, 4, 5]];
 
 impl Covariance {
     /// Creates the covariance of independent components with these variances.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn from_diagonal(variances: [f64; 6]) -> Self {
+    pub fn from_diagonal(variances: [f64; 6]) -> Self {
         Self::from(&Matrix6::from_diagonal(&variances.into()))
     }
 
     /// Creates a covariance from its upper triangle, row by row.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn from_upper_triangle(upper: &[f64; 21]) -> Self {
+    pub fn from_upper_triangle(upper: &[f64; 21]) -> Self {
         let [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u] = *upper;
         Self {
             same_axis: [[a, p], [b, q], [c, r], [g, s], [h, t], [l, u]].map(Vector2::from),
@@ -45,8 +43,7 @@ impl Covariance {
     }
 
     /// Returns the covariance as a full matrix.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn matrix(&self) -> Matrix6<f64> {
+    pub fn matrix(&self) -> Matrix6<f64> {
         let mut upper = self.upper_triangle().into_iter();
         let mut matrix = Matrix6::zeros();
         for row in 0..6 {
@@ -59,15 +56,13 @@ impl Covariance {
     }
 
     /// Returns the covariance of the position, m2.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn position(&self) -> Matrix2<f64> {
+    pub fn position(&self) -> Matrix2<f64> {
         let across = self.cross_axis[0][0];
         Matrix2::new(self.same_axis[0].x, across, across, self.same_axis[0].y)
     }
 
     /// Standard deviation of the position in its most uncertain direction, m.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn position_sd_max_m(&self) -> f64 {
+    pub fn position_sd_max_m(&self) -> f64 {
         let p = self.position();
         let mean = 0.5 * (p[(0, 0)] + p[(1, 1)]);
         let half_difference = 0.5 * (p[(0, 0)] - p[(1, 1)]);
@@ -82,8 +77,7 @@ impl Covariance {
     }
 
     /// Returns the variances of the components, the diagonal of P.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn variances(&self) -> [f64; 6] {
+    pub fn variances(&self) -> [f64; 6] {
         let [x, _, _, vx, _, ax] = self.same_axis;
         [x.x, vx.x, ax.x, x.y, vx.y, ax.y]
     }
@@ -103,8 +97,7 @@ impl Covariance {
     /// Implements Eq. (11). The matrix added to Y has rank two, so by the matrix inversion lemma P decreases by
     /// `C W C'`, where C are the position columns of P and `W = (1 + I A)^-1 I`.
     #[inline]
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn add_position_information(&mut self, information: &Matrix2<f64>) -> Matrix2<f64> {
+    pub fn add_position_information(&mut self, information: &Matrix2<f64>) -> Matrix2<f64> {
         let undamped = Matrix2::identity() + information * self.position();
         let determinant = undamped[(0, 0)] * undamped[(1, 1)] - undamped[(0, 1)] * undamped[(1, 0)];
         let damping =

@@ -52,8 +52,7 @@ pub struct Velocity {
 
 impl Position {
     /// The origin of the frame.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) const ORIGIN: Self = Self { x_m: 0.0, y_m: 0.0 };
+    pub const ORIGIN: Self = Self { x_m: 0.0, y_m: 0.0 };
 
     /// Creates a position from metres east and north.
     #[inline]
@@ -75,15 +74,13 @@ impl Position {
 
     /// Coordinates as a vector `[x, y]`, m.
     #[inline]
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn vector(self) -> Vector2<f64> {
+    pub fn vector(self) -> Vector2<f64> {
         Vector2::new(self.x_m, self.y_m)
     }
 
     /// Squared distance to another position, m2; faster than the distance, for comparisons.
     #[inline]
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn squared_distance_m2(self, other: Self) -> f64 {
+    pub fn squared_distance_m2(self, other: Self) -> f64 {
         let (x_m, y_m) = (self.x_m() - other.x_m(), self.y_m() - other.y_m());
         x_m * x_m + y_m * y_m
     }
@@ -96,15 +93,13 @@ impl Position {
 
     /// Point halfway to another position.
     #[inline]
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn midpoint(self, other: Self) -> Self {
+    pub fn midpoint(self, other: Self) -> Self {
         Self::from_m(0.5 * (self.x_m + other.x_m), 0.5 * (self.y_m + other.y_m))
     }
 
     /// Point of the straight line between two positions that is nearest to this one.
     #[inline]
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn nearest_on_line(self, from: Self, to: Self) -> Self {
+    pub fn nearest_on_line(self, from: Self, to: Self) -> Self {
         let (along, to_self) = ((to - from).vector(), (self - from).vector());
         let squared_m2 = along.norm_squared();
         let share = if squared_m2 > 0.0 { (to_self.dot(&along) / squared_m2).clamp(0.0, 1.0) } else { 0.0 };
@@ -113,8 +108,7 @@ impl Position {
 
     /// Returns true if both coordinates are finite.
     #[inline]
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn is_finite(self) -> bool {
+    pub fn is_finite(self) -> bool {
         self.x_m.is_finite() && self.y_m.is_finite()
     }
 
@@ -127,37 +121,32 @@ impl Position {
 impl Displacement {
     /// Creates a displacement from metres east and north.
     #[inline]
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn from_m(x_m: f64, y_m: f64) -> Self {
+    pub fn from_m(x_m: f64, y_m: f64) -> Self {
         Self { x_m, y_m }
     }
 
     /// Creates a displacement from a length in metres and a direction.
     #[inline]
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn from_polar(length_m: f64, direction: Angle) -> Self {
+    pub fn from_polar(length_m: f64, direction: Angle) -> Self {
         let (sin, cos) = direction.sin_cos();
         Self { x_m: length_m * cos, y_m: length_m * sin }
     }
 
     /// East component, m.
     #[inline]
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn x_m(self) -> f64 {
+    pub fn x_m(self) -> f64 {
         self.x_m
     }
 
     /// North component, m.
     #[inline]
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn y_m(self) -> f64 {
+    pub fn y_m(self) -> f64 {
         self.y_m
     }
 
     /// Components as a vector `[x, y]`, m.
     #[inline]
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn vector(self) -> Vector2<f64> {
+    pub fn vector(self) -> Vector2<f64> {
         Vector2::new(self.x_m, self.y_m)
     }
 
@@ -175,8 +164,7 @@ impl Displacement {
 
     /// [Directions](Self::direction) of several displacements. Same results, but faster.
     #[inline]
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn direction_batch<const N: usize>(displacements: [Self; N]) -> [Angle; N] {
+    pub fn direction_batch<const N: usize>(displacements: [Self; N]) -> [Angle; N] {
         let directions_rad = math::atan2_batch(displacements.map(|displacement| (displacement.y_m, displacement.x_m)));
         core::array::from_fn(|i| Angle::from_arc_rad(directions_rad[i]))
     }
@@ -184,8 +172,7 @@ impl Displacement {
 
 impl Velocity {
     /// Zero velocity: stationary.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) const ZERO: Self = Self { x_m_s: 0.0, y_m_s: 0.0 };
+    pub const ZERO: Self = Self { x_m_s: 0.0, y_m_s: 0.0 };
 
     /// Creates a velocity from metres per second east and north.
     #[inline]
@@ -195,8 +182,7 @@ impl Velocity {
 
     /// Creates a velocity from a speed in m/s and a direction.
     #[inline]
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn from_polar(speed_m_s: f64, direction: Angle) -> Self {
+    pub fn from_polar(speed_m_s: f64, direction: Angle) -> Self {
         let (sin, cos) = direction.sin_cos();
         Self { x_m_s: speed_m_s * cos, y_m_s: speed_m_s * sin }
     }
@@ -215,8 +201,7 @@ impl Velocity {
 
     /// Components as a vector `[x, y]`, m/s.
     #[inline]
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn vector(self) -> Vector2<f64> {
+    pub fn vector(self) -> Vector2<f64> {
         Vector2::new(self.x_m_s, self.y_m_s)
     }
 
@@ -228,15 +213,13 @@ impl Velocity {
 
     /// Direction of motion, anticlockwise from east; east if stationary.
     #[inline]
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn direction(self) -> Angle {
+    pub fn direction(self) -> Angle {
         Angle::from_arc_rad(math::atan2(self.y_m_s, self.x_m_s))
     }
 
     /// Returns true if both components are finite.
     #[inline]
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn is_finite(self) -> bool {
+    pub fn is_finite(self) -> bool {
         self.x_m_s.is_finite() && self.y_m_s.is_finite()
     }
 

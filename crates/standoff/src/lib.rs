@@ -10,54 +10,44 @@
 //! and messages as arguments and receives commands as values. [`Agent`] combines all parts, and [`TeamAgent`] is a whole
 //! team with an ideal radio. [`wire`] encodes messages.
 //!
-//! The feature `research` adds the module `research`: an unstable view of the internals, for studies, simulators and
-//! tests. It also makes more fields and methods of the public types visible. An integrator needs none of it.
+//! The items of this page, outside the modules, are what an integrator uses: they change only between versions. The
+//! modules are the method, piece by piece, for studies, simulators and tests; any version may change them.
 //!
 //! Frame: x east, y north, metres. Angles: radians, anticlockwise from east, in (-pi, pi]. Units are SI; the unit is
 //! the last part of a name.
 
-#![cfg_attr(
-    not(feature = "research"),
-    expect(dead_code, unreachable_pub, reason = "only the module `research` uses or exports some items")
-)]
-
-#[macro_use]
-mod research_fields;
-
-mod agent;
-mod angle;
-mod atmosphere;
+pub mod agent;
+pub mod angle;
+pub mod atmosphere;
 mod bank;
-mod by_group;
+pub mod by_group;
 mod command_law;
-mod coordination;
-mod covariance;
+pub mod coordination;
+pub mod covariance;
 mod digest;
-mod enclosing_circle;
-mod frame;
-mod grid;
-mod group_id;
-mod guidance;
+pub mod enclosing_circle;
+pub mod frame;
+pub mod grid;
+pub mod group_id;
+pub mod guidance;
 mod intruders;
-mod math;
-mod message;
-mod message_log;
-mod output;
-mod params;
-#[cfg(feature = "research")]
-pub mod research;
-mod safety;
-mod sensor;
+pub mod math;
+pub mod message;
+pub mod message_log;
+pub mod output;
+pub mod params;
+pub mod safety;
+pub mod sensor;
 mod state_update;
 mod step_messages;
-mod target;
-mod team_agent;
-mod team_state;
-mod time;
-mod tracking;
-mod uav;
-mod validation;
-mod wind;
+pub mod target;
+pub mod team_agent;
+pub mod team_state;
+pub mod time;
+pub mod tracking;
+pub mod uav;
+pub mod validation;
+pub mod wind;
 pub mod wire;
 
 pub use agent::Agent;

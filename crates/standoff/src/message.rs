@@ -67,87 +67,77 @@ pub enum MessageSource {
     CueSource(u32),
 }
 
-research_fields! {
-    /// Contiguous range of entries that an agent has received.
-    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-    pub struct ReceivedRange {
-        /// Source of the entries.
-        pub(crate) source: MessageSource,
-        /// First entry. For a UAV, the time step of its report, in periods since [`Time::EPOCH`]; for a cue source, that
-        /// number times 65,536 plus the cue's [`sequence`](Cue::sequence).
-        pub(crate) from: i64,
-        /// Last entry, included.
-        pub(crate) to: i64,
-    }
+/// Contiguous range of entries that an agent has received.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ReceivedRange {
+    /// Source of the entries.
+    pub source: MessageSource,
+    /// First entry. For a UAV, the time step of its report, in periods since [`Time::EPOCH`]; for a cue source, that
+    /// number times 65,536 plus the cue's [`sequence`](Cue::sequence).
+    pub from: i64,
+    /// Last entry, included.
+    pub to: i64,
 }
 
-research_fields! {
-    /// Status of the sender's message log; teammates compute from it which entries the sender lacks.
-    #[derive(Debug, Default, PartialEq)]
-    pub struct LogStatus {
-        /// Start time of the sender's team state, or of the state that it adopted. The state that started first wins.
-        pub(crate) start: Time,
-        /// Last committed time step: up to it, the team state cannot change any more, because nothing is missing or the
-        /// retention time has passed.
-        pub(crate) committed_until: Time,
-        /// Digest of a team state that is committed.
-        pub(crate) commit_digest: CommitDigest,
-        /// Time step after which `received` lists all entries that the sender has.
-        pub(crate) listed_after: Time,
-        /// Ranges of received entries, sorted by source, then number.
-        pub(crate) received: Vec<ReceivedRange>,
-        /// Last time step with missing messages, at the sender or at a teammate, according to the reports that it has
-        /// received.
-        pub(crate) degraded_at: Time,
-        /// Snapshot request of the sender.
-        pub(crate) snapshot_request: Option<SnapshotRequest>,
-    }
+/// Status of the sender's message log; teammates compute from it which entries the sender lacks.
+#[derive(Debug, Default, PartialEq)]
+pub struct LogStatus {
+    /// Start time of the sender's team state, or of the state that it adopted. The state that started first wins.
+    pub start: Time,
+    /// Last committed time step: up to it, the team state cannot change any more, because nothing is missing or the
+    /// retention time has passed.
+    pub committed_until: Time,
+    /// Digest of a team state that is committed.
+    pub commit_digest: CommitDigest,
+    /// Time step after which `received` lists all entries that the sender has.
+    pub listed_after: Time,
+    /// Ranges of received entries, sorted by source, then number.
+    pub received: Vec<ReceivedRange>,
+    /// Last time step with missing messages, at the sender or at a teammate, according to the reports that it has
+    /// received.
+    pub degraded_at: Time,
+    /// Snapshot request of the sender.
+    pub snapshot_request: Option<SnapshotRequest>,
 }
 
-research_fields! {
-    /// Digest of a committed team state.
-    #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-    pub struct CommitDigest {
-        /// Time step of the team state.
-        pub(crate) time: Time,
-        /// Digest of the team state at that time.
-        pub(crate) digest: u64,
-    }
+/// Digest of a committed team state.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct CommitDigest {
+    /// Time step of the team state.
+    pub time: Time,
+    /// Digest of the team state at that time.
+    pub digest: u64,
 }
 
-research_fields! {
-    /// Request for a snapshot, from an agent that missed the history of the team.
-    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-    pub struct SnapshotRequest {
-        /// Receiver of the request.
-        pub(crate) receiver: UavId,
-        /// Snapshot that has arrived in part; `None` before the first part.
-        pub(crate) commit_digest: Option<CommitDigest>,
-        /// Index of the first missing part.
-        pub(crate) first_missing_part: u16,
-        /// Bit mask of the 64 parts after `first_missing_part` that have arrived; the lowest bit is the part directly after
-        /// it.
-        pub(crate) received_mask: u64,
-    }
+/// Request for a snapshot, from an agent that missed the history of the team.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SnapshotRequest {
+    /// Receiver of the request.
+    pub receiver: UavId,
+    /// Snapshot that has arrived in part; `None` before the first part.
+    pub commit_digest: Option<CommitDigest>,
+    /// Index of the first missing part.
+    pub first_missing_part: u16,
+    /// Bit mask of the 64 parts after `first_missing_part` that have arrived; the lowest bit is the part directly after
+    /// it.
+    pub received_mask: u64,
 }
 
-research_fields! {
-    /// Part of a serialised team state. The receiver checks all parts together against the digest before it uses any.
-    #[derive(Debug, PartialEq)]
-    pub struct SnapshotPart {
-        /// UAV whose team state this is.
-        pub(crate) uav: UavId,
-        /// Start time of that team state.
-        pub(crate) start: Time,
-        /// Digest that identifies the snapshot.
-        pub(crate) commit_digest: CommitDigest,
-        /// Zero-based index of the part.
-        pub(crate) index: u16,
-        /// Number of parts.
-        pub(crate) count: u16,
-        /// Bytes of this part, at most [`SnapshotPart::BYTES_MAX`]; all parts except the last have exactly that number.
-        pub(crate) bytes: Vec<u8>,
-    }
+/// Part of a serialised team state. The receiver checks all parts together against the digest before it uses any.
+#[derive(Debug, PartialEq)]
+pub struct SnapshotPart {
+    /// UAV whose team state this is.
+    pub uav: UavId,
+    /// Start time of that team state.
+    pub start: Time,
+    /// Digest that identifies the snapshot.
+    pub commit_digest: CommitDigest,
+    /// Zero-based index of the part.
+    pub index: u16,
+    /// Number of parts.
+    pub count: u16,
+    /// Bytes of this part, at most [`SnapshotPart::BYTES_MAX`]; all parts except the last have exactly that number.
+    pub bytes: Vec<u8>,
 }
 
 impl Default for SnapshotPart {
@@ -159,8 +149,7 @@ impl Default for SnapshotPart {
 
 impl SnapshotPart {
     /// Maximum number of bytes of one part: with its header, it fits into a datagram that no network fragments.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) const BYTES_MAX: usize = 512;
+    pub const BYTES_MAX: usize = 512;
 }
 
 /// Position report of an aircraft outside the team, an *intruder*. It is not an entry of the message log: no agent
@@ -188,50 +177,46 @@ pub struct Detection {
     pub range_rate_m_s: Option<f64>,
 }
 
-research_fields! {
-    /// Scan of a UAV's sensor, with the UAV's state at that time step. Of several reports of one UAV and time step, the one
-    /// that was sent first counts: the lowest restart count, then the lowest sequence number.
-    #[derive(Debug, PartialEq)]
-    pub struct Report {
-        /// Id of the sender.
-        pub uav: UavId,
-        /// Restart count of the sender.
-        pub(crate) restart_count: u32,
-        /// Sequence number: increases with every time step of the sender until it restarts.
-        pub(crate) sequence: u32,
-        /// Time of the scan.
-        pub time: Time,
-        /// State of the sender.
-        pub state: UavState,
-        /// Boresight of the sensor; `None` if the sensor did not scan.
-        pub boresight: Option<Angle>,
-        /// Detections, by ascending label without duplicates, then those without label in the order of their bits.
-        pub detections: Vec<Detection>,
-        /// Assigned group of the sender when it sent the report. Teammates use it even if they have computed
-        /// another one.
-        pub(crate) assigned_group: Option<GroupId>,
-        /// True if the sender leaves the team from the next time step.
-        pub(crate) is_leaving: bool,
-        /// Manoeuvre that the sender flies; `None` if it flies its desired command, unless it banks.
-        pub(crate) manoeuvre: Option<Manoeuvre>,
-        /// Status of the sender's message log; `None` in a retransmission.
-        pub(crate) log_status: Option<Box<LogStatus>>,
-    }
+/// Scan of a UAV's sensor, with the UAV's state at that time step. Of several reports of one UAV and time step, the one
+/// that was sent first counts: the lowest restart count, then the lowest sequence number.
+#[derive(Debug, PartialEq)]
+pub struct Report {
+    /// Id of the sender.
+    pub uav: UavId,
+    /// Restart count of the sender.
+    pub restart_count: u32,
+    /// Sequence number: increases with every time step of the sender until it restarts.
+    pub sequence: u32,
+    /// Time of the scan.
+    pub time: Time,
+    /// State of the sender.
+    pub state: UavState,
+    /// Boresight of the sensor; `None` if the sensor did not scan.
+    pub boresight: Option<Angle>,
+    /// Detections, by ascending label without duplicates, then those without label in the order of their bits.
+    pub detections: Vec<Detection>,
+    /// Assigned group of the sender when it sent the report. Teammates use it even if they have computed
+    /// another one.
+    pub assigned_group: Option<GroupId>,
+    /// True if the sender leaves the team from the next time step.
+    pub is_leaving: bool,
+    /// Manoeuvre that the sender flies; `None` if it flies its desired command, unless it banks.
+    pub manoeuvre: Option<Manoeuvre>,
+    /// Status of the sender's message log; `None` in a retransmission.
+    pub log_status: Option<Box<LogStatus>>,
 }
 
-research_fields! {
-    /// Manoeuvre of a UAV, its intent in reports: what it has flown since its last decision. A UAV that avoids an aircraft
-    /// keeps to its side until it is clear of it. UAVs that bank always report their command, because their bank angle is
-    /// on its way to that of the commanded turn.
-    #[derive(Debug, Clone, Copy, PartialEq)]
-    pub struct Manoeuvre {
-        /// Aircraft that the UAV avoids; `None` if it flies its desired command.
-        pub(crate) avoids: Option<Aircraft>,
-        /// Command that it flies; in wind relative to the air, or with a geofence over ground.
-        pub(crate) command: Command,
-        /// True if it would turn to the left if the conflict remained, false if to the right.
-        pub(crate) is_left: bool,
-    }
+/// Manoeuvre of a UAV, its intent in reports: what it has flown since its last decision. A UAV that avoids an aircraft
+/// keeps to its side until it is clear of it. UAVs that bank always report their command, because their bank angle is
+/// on its way to that of the commanded turn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Manoeuvre {
+    /// Aircraft that the UAV avoids; `None` if it flies its desired command.
+    pub avoids: Option<Aircraft>,
+    /// Command that it flies; in wind relative to the air, or with a geofence over ground.
+    pub command: Command,
+    /// True if it would turn to the left if the conflict remained, false if to the right.
+    pub is_left: bool,
 }
 
 /// A number as a receiver reads it that is sent in single precision.
@@ -303,8 +288,7 @@ impl Cue {
 
 impl Report {
     /// Creates a report that contains only the state of a UAV.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn position_only(uav: UavId, time: Time, state: UavState) -> Self {
+    pub fn position_only(uav: UavId, time: Time, state: UavState) -> Self {
         let (detections, log_status) = (Vec::new(), None);
         let (boresight, assignment, is_leaving) = (None, None, false);
         Self {
@@ -434,8 +418,7 @@ fn vertical_size_bytes(state: &UavState) -> usize {
 
 impl Cue {
     /// True if every number is finite and possible on Earth, and both standard deviations are positive.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn is_valid(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         let up_to = |most: f64, sd: f64| sd > 0.0 && sd <= most;
         self.position.is_within(FARTHEST_M)
             && self.velocity.is_within(FASTEST_M_S)
@@ -447,8 +430,7 @@ impl Cue {
 impl Detection {
     /// True if the measurement is possible: finite, with a positive range that exists on Earth, and a plausible range
     /// rate.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn is_valid(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         let RangeBearingMeasurement { range_m, bearing } = self.measurement;
         let is_plausible = |rate_m_s: f64| rate_m_s.abs() <= FASTEST_M_S;
         let has_valid_rate = self.range_rate_m_s.is_none_or(is_plausible);

@@ -22,14 +22,12 @@ pub struct Observation {
 
 impl Observation {
     /// Id of the UAV.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn uav(&self) -> UavId {
+    pub fn uav(&self) -> UavId {
         self.uav
     }
 
     /// Time of the observation.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn time(&self) -> Time {
+    pub fn time(&self) -> Time {
         self.time
     }
 }
@@ -52,15 +50,13 @@ impl PointingTarget {
 
     /// [Boresights](Self::boresight) of several UAVs: the same values as one by one, computed faster.
     #[inline]
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn boresight_batch<const N: usize>(looks: [(Self, Position); N], later: Duration) -> [Angle; N] {
+    pub fn boresight_batch<const N: usize>(looks: [(Self, Position); N], later: Duration) -> [Angle; N] {
         Displacement::direction_batch(looks.map(|(look, uav)| look.position + look.velocity * later.s() - uav))
     }
 }
 
 /// Result of a decision: what a UAV does until the next time step.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(not(feature = "research"), non_exhaustive)]
 pub struct AgentOutput {
     /// Command for the autopilot, within the limits.
     pub command: Command,
@@ -85,69 +81,64 @@ impl AgentOutput {
     }
 
     /// A command without altitude, pointing target and group.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn command_only(command: Command) -> Self {
+    pub fn command_only(command: Command) -> Self {
         Self { command, path: None, altitude_m: None, pointing_target: None, diagnostics: Diagnostics::default() }
     }
 }
 
-research_fields! {
-    /// Diagnostics of a time step: quality of the result, and how it was computed. By default: no group, nothing
-    /// limited, nothing rejected.
-    #[derive(Debug, Clone, Copy, Default, PartialEq)]
-    pub struct Diagnostics {
-        /// Assigned group of this UAV; `None` if it has no group.
-        pub group: Option<GroupId>,
-        /// Zero-based creation index of the group ([`TeamState::group_number`](crate::TeamState::group_number)).
-        pub(crate) group_number: Option<u32>,
-        /// How the UAV steers onto the group's orbit.
-        pub steering: Option<Steering>,
-        /// True if the guidance law requested more speed change than the limit allows.
-        pub speed_limited: bool,
-        /// True if the guidance law requested more turn rate than the limit allows.
-        pub turn_rate_limited: bool,
-        /// True if no orbit around the group satisfies every constraint; `false` without a group.
-        pub orbit_is_infeasible: bool,
-        /// Phase error: how far the UAV lags behind its desired phase on the orbit, rad.
-        pub phase_error_rad: f64,
-        /// Distance to the nearest other UAV of the same group, m.
-        pub nearest_groupmate_m: Option<f64>,
-        /// Number of tracks that are not lost and in no group.
-        pub(crate) ungrouped_targets: u32,
-        /// Messages and observations rejected since the start.
-        pub rejected: Rejected,
-        /// True if the UAV's own state was not finite: it keeps its course.
-        pub own_state_invalid: bool,
-        /// Aircraft that the UAV avoids by not flying the command of its orbit; `None` if it flies that command.
-        pub avoiding: Option<Avoidance>,
-        /// Index of the zone that changes the UAV's command; `None` if the command is the same as without zones.
-        pub limiting_zone: Option<u32>,
-        /// Wind that the UAV assumes. The command is then airspeed and heading rate. `None`: the UAV assumes calm air.
-        pub wind: Option<Velocity>,
-    }
+/// Diagnostics of a time step: quality of the result, and how it was computed. By default: no group, nothing
+/// limited, nothing rejected.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Diagnostics {
+    /// Assigned group of this UAV; `None` if it has no group.
+    pub group: Option<GroupId>,
+    /// Zero-based creation index of the group ([`TeamState::group_number`](crate::TeamState::group_number)).
+    pub group_number: Option<u32>,
+    /// How the UAV steers onto the group's orbit.
+    pub steering: Option<Steering>,
+    /// True if the guidance law requested more speed change than the limit allows.
+    pub speed_limited: bool,
+    /// True if the guidance law requested more turn rate than the limit allows.
+    pub turn_rate_limited: bool,
+    /// True if no orbit around the group satisfies every constraint; `false` without a group.
+    pub orbit_is_infeasible: bool,
+    /// Phase error: how far the UAV lags behind its desired phase on the orbit, rad.
+    pub phase_error_rad: f64,
+    /// Distance to the nearest other UAV of the same group, m.
+    pub nearest_groupmate_m: Option<f64>,
+    /// Number of tracks that are not lost and in no group.
+    pub ungrouped_targets: u32,
+    /// Messages and observations rejected since the start.
+    pub rejected: Rejected,
+    /// True if the UAV's own state was not finite: it keeps its course.
+    pub own_state_invalid: bool,
+    /// Aircraft that the UAV avoids by not flying the command of its orbit; `None` if it flies that command.
+    pub avoiding: Option<Avoidance>,
+    /// Index of the zone that changes the UAV's command; `None` if the command is the same as without zones.
+    pub limiting_zone: Option<u32>,
+    /// Wind that the UAV assumes. The command is then airspeed and heading rate. `None`: the UAV assumes calm air.
+    pub wind: Option<Velocity>,
 }
 
-research_fields! {
-    /// Counters of what was rejected since the start, by reason.
-    #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-    pub struct Rejected {
-        /// Own observations with a time that is off the team's grid, before the last one, or more than 10 s after
-        /// it. If the counter keeps growing although the clock is correct, call [`Agent::reset`](crate::Agent::reset).
-        pub bad_time: u32,
-        /// Messages received too late to count.
-        pub late: u32,
-        /// Messages of a time step too far ahead or off the team's grid: the clock of the sender or of this UAV is wrong.
-        pub off_grid: u32,
-        /// Superseded or malformed messages: NaNs, oversized lists, snapshot parts that fail the digest.
-        pub malformed: u32,
-        /// Reports of UAVs whose position is not reachable from their last one; and targets beyond the 16,384 that a
-        /// team tracks, lost ones included.
-        pub implausible: u32,
-        /// Detections beyond the range of the sensor.
-        pub(crate) out_of_range: u32,
-        /// Detections with label that are too far from the prediction of their track.
-        pub(crate) gated: u32,
-    }
+/// Counters of what was rejected since the start, by reason.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Rejected {
+    /// Own observations with a time that is off the team's grid, before the last one, or more than 10 s after
+    /// it. If the counter keeps growing although the clock is correct, call [`Agent::reset`](crate::Agent::reset).
+    pub bad_time: u32,
+    /// Messages received too late to count.
+    pub late: u32,
+    /// Messages of a time step too far ahead or off the team's grid: the clock of the sender or of this UAV is wrong.
+    pub off_grid: u32,
+    /// Superseded or malformed messages: NaNs, oversized lists, snapshot parts that fail the digest.
+    pub malformed: u32,
+    /// Reports of UAVs whose position is not reachable from their last one; and targets beyond the 16,384 that a
+    /// team tracks, lost ones included.
+    pub implausible: u32,
+    /// Detections beyond the range of the sensor.
+    pub out_of_range: u32,
+    /// Detections with label that are too far from the prediction of their track.
+    pub gated: u32,
 }
 
 impl Rejected {
@@ -165,8 +156,7 @@ impl Rejected {
     }
 
     /// Number of rejected messages of all kinds.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn messages(&self) -> u32 {
+    pub fn messages(&self) -> u32 {
         [self.off_grid, self.malformed, self.implausible].into_iter().fold(self.late, u32::saturating_add)
     }
 }

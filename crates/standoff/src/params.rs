@@ -14,7 +14,6 @@ use crate::time::Duration;
 use crate::validation::{Allowed, ParamError, errors_of};
 use value::{Scalar, one_line};
 
-#[cfg(feature = "research")]
 pub use value::Word;
 pub use value::{ParamKind, ParamValue};
 pub use words::{
@@ -46,30 +45,30 @@ params! {
     struct TeamParams at [] {
         parts {
             /// Message log and retransmission.
-            pub log: LogParams;
+            log: LogParams;
             /// Speeds, lags and limits of the UAVs.
-            pub uav: UavParams;
+            uav: UavParams;
             /// Sensor, target model and track management.
-            pub track: TrackParams;
+            track: TrackParams;
             /// Orbit bounds and margins.
-            pub group: GroupingParams;
+            group: GroupingParams;
             /// Gains of the guidance law.
-            pub guidance: GuidanceParams;
+            guidance: GuidanceParams;
         }
         optional {
             /// Collision avoidance. [`Self::recommended`] enables it. `None`, as in the paper: only the phases of UAVs on
             /// one orbit separate them.
-            pub separation: SeparationParams;
+            separation: SeparationParams;
             /// Flight in wind. `None`: the air is calm, and heading and airspeed are course and ground speed.
-            pub wind: WindParams;
+            wind: WindParams;
         }
         numbers {
             /// Teammate timeout: a UAV that is silent for longer counts as gone; until then it keeps its assignment.
-            pub teammate_timeout_s = 3.0, "s", "team.teammate_timeout_s", Allowed::above(0.0).at_most(60.0);
+            teammate_timeout_s = 3.0, "s", "team.teammate_timeout_s", Allowed::above(0.0).at_most(60.0);
         }
         others {
             /// Link model: how reliable the team expects its radio to be.
-            pub link: LinkModel = LinkModel::Ideal;
+            link: LinkModel = LinkModel::Ideal;
         }
         relations |team, errors| {
             Allowed::above(team.group.standoff.radius_min_m)
@@ -91,19 +90,19 @@ params! {
         numbers {
             /// Time between two time steps of the team's grid. The grid begins at
             /// [`Time::EPOCH`](crate::Time::EPOCH).
-            pub period_s = 0.5, "s", "period_s", Allowed::at_least(1e-3).at_most(10.0);
+            period_s = 0.5, "s", "period_s", Allowed::at_least(1e-3).at_most(10.0);
             /// Maximum age of a message that is still used; at most 1,200 periods are used. Applies if each UAV has its
             /// own agent.
-            pub(crate) message_retention_s = 60.0, "s", "team.message_retention_s", Allowed::above(0.0).at_most(600.0);
+            message_retention_s = 60.0, "s", "team.message_retention_s", Allowed::above(0.0).at_most(600.0);
             /// Decision lag: while messages are missing, the groups and assignments in use are this old, so that the
             /// UAVs act together, because most missing messages have arrived by then. Otherwise the current ones are
             /// used. Applies if each UAV has its own agent.
-            pub(crate) decision_lag_s = 2.0, "s", "team.decision_lag_s", Allowed::at_least(0.0).at_most(10.0);
+            decision_lag_s = 2.0, "s", "team.decision_lag_s", Allowed::at_least(0.0).at_most(10.0);
         }
         others {
             /// Bandwidth of this UAV's transmitter, bytes/s, above 0. It bounds retransmissions and snapshots, which
             /// otherwise follow the load; the report is always sent. `None`: not known.
-            pub bandwidth_bytes_per_s: Option<f64> = None;
+            bandwidth_bytes_per_s: Option<f64> = None;
         }
         relations |log, errors| {
             if let Some(bytes_per_s) = log.bandwidth_bytes_per_s {
@@ -128,29 +127,29 @@ params! {
         optional {
             /// Climb model; `None`: the UAV reaches a commanded altitude immediately, as in the planar model of the
             /// paper.
-            pub climb: ClimbParams;
+            climb: ClimbParams;
             /// Banking aircraft; `None`, as in the paper: turn rate and speed follow their commands with lags (1).
-            pub bank: BankParams;
+            bank: BankParams;
         }
         numbers {
             /// Nominal speed v_0, which is also the desired speed v_d.
-            pub speed_m_s ["v_0", "v_d"] = 40.0, "m/s", "uavs.speed_m_s", Allowed::at_least(1.0).at_most(1000.0);
+            speed_m_s ["v_0", "v_d"] = 40.0, "m/s", "uavs.speed_m_s", Allowed::at_least(1.0).at_most(1000.0);
             /// Maximum deviation of the commanded speed from `speed_m_s`, dv_max (2).
-            pub speed_change_max_m_s ["dv_max"] = 15.0, "m/s", "uavs.speed_change_max_m_s",
+            speed_change_max_m_s ["dv_max"] = 15.0, "m/s", "uavs.speed_change_max_m_s",
                 Allowed::at_least(0.0).with_reason("the UAV must keep flying: below speed_m_s"),
                 |uav, allowed| allowed.below(uav.speed_m_s);
             /// Maximum commanded turn rate, omega_max (3).
-            pub turn_rate_max_rad_s ["omega_max"] = 0.3, "rad/s", "uavs.turn_rate_max_rad_s",
+            turn_rate_max_rad_s ["omega_max"] = 0.3, "rad/s", "uavs.turn_rate_max_rad_s",
                 Allowed::at_least(1e-3).at_most(10.0);
             /// Time constant tau_v of the speed (1). With the Euler step, it is at least the period.
-            pub speed_lag_s ["tau_v"] = 1.0 / 3.0, "s", "uavs.speed_lag_s", Allowed::at_least(1e-3).at_most(60.0);
+            speed_lag_s ["tau_v"] = 1.0 / 3.0, "s", "uavs.speed_lag_s", Allowed::at_least(1e-3).at_most(60.0);
             /// Time constant tau_omega of the turn rate (1). With the Euler step, it is at least the period.
-            pub turn_rate_lag_s ["tau_omega"] = 1.0 / 3.0, "s", "uavs.turn_rate_lag_s",
+            turn_rate_lag_s ["tau_omega"] = 1.0 / 3.0, "s", "uavs.turn_rate_lag_s",
                 Allowed::at_least(1e-3).at_most(60.0);
         }
         words {
             /// Integration of the UAV's motion over a time step (4).
-            pub(crate) integrator: Integrator = Exact, "uavs.integrator";
+            integrator: Integrator = Exact, "uavs.integrator";
         }
     }
 
@@ -158,13 +157,13 @@ params! {
     struct ClimbParams at [uav.climb] {
         numbers {
             /// Maximum rate of climb and of descent.
-            pub rate_max_m_s = 3.0, "m/s", "uavs.climb.rate_max_m_s", Allowed::at_least(0.01).at_most(100.0);
+            rate_max_m_s = 3.0, "m/s", "uavs.climb.rate_max_m_s", Allowed::at_least(0.01).at_most(100.0);
             /// Time constant of the rate of climb.
-            pub lag_s = 1.0, "s", "uavs.climb.lag_s", Allowed::at_least(1e-3).at_most(60.0);
+            lag_s = 1.0, "s", "uavs.climb.lag_s", Allowed::at_least(1e-3).at_most(60.0);
             /// Lowest altitude that may be commanded, above the plane.
-            pub altitude_min_m = 50.0, "m", "uavs.climb.altitude_min_m", Allowed::at_least(1.0).at_most(2e4);
+            altitude_min_m = 50.0, "m", "uavs.climb.altitude_min_m", Allowed::at_least(1.0).at_most(2e4);
             /// Highest altitude that may be commanded, above the plane.
-            pub altitude_max_m = 3000.0, "m", "uavs.climb.altitude_max_m",
+            altitude_max_m = 3000.0, "m", "uavs.climb.altitude_max_m",
                 Allowed::FINITE.at_most(2e4).with_reason("not below altitude_min_m"),
                 |climb, allowed| allowed.and_at_least(climb.altitude_min_m);
         }
@@ -175,20 +174,20 @@ params! {
     struct BankParams at [uav.bank] {
         numbers {
             /// Maximum bank angle phi_max to either side.
-            pub(crate) bank_max_rad = 60f64.to_radians(), "rad", "uavs.bank.bank_max_deg",
+            bank_max_rad = 60f64.to_radians(), "rad", "uavs.bank.bank_max_deg",
                 Allowed::at_least(5f64.to_radians()).at_most(80f64.to_radians());
             /// Maximum roll rate p_max.
-            pub(crate) roll_rate_max_rad_s = 60f64.to_radians(), "rad/s", "uavs.bank.roll_rate_max_deg_s",
+            roll_rate_max_rad_s = 60f64.to_radians(), "rad/s", "uavs.bank.roll_rate_max_deg_s",
                 Allowed::at_least(1f64.to_radians()).at_most(720f64.to_radians());
             /// Time constant tau_phi with which the bank angle follows its command.
-            pub(crate) roll_lag_s = 0.4, "s", "uavs.bank.roll_lag_s", Allowed::at_least(1e-3).at_most(10.0);
+            roll_lag_s = 0.4, "s", "uavs.bank.roll_lag_s", Allowed::at_least(1e-3).at_most(10.0);
             /// Turn rate as a share f of that of a coordinated turn at the same bank angle.
-            pub(crate) turn_factor = 1.0, "1", "uavs.bank.turn_factor", Allowed::at_least(0.1).at_most(1.5);
+            turn_factor = 1.0, "1", "uavs.bank.turn_factor", Allowed::at_least(0.1).at_most(1.5);
             /// Rate of climb c at full power and constant airspeed.
-            pub(crate) climb_full_power_m_s = 5.0, "m/s", "uavs.bank.climb_full_power_m_s",
+            climb_full_power_m_s = 5.0, "m/s", "uavs.bank.climb_full_power_m_s",
                 Allowed::at_least(0.1).at_most(100.0);
             /// Rate of descent s with the engine idle at constant airspeed.
-            pub(crate) sink_idle_m_s = 2.0, "m/s", "uavs.bank.sink_idle_m_s", Allowed::at_least(0.1).at_most(100.0);
+            sink_idle_m_s = 2.0, "m/s", "uavs.bank.sink_idle_m_s", Allowed::at_least(0.1).at_most(100.0);
         }
     }
 
@@ -196,31 +195,31 @@ params! {
     struct TrackParams at [track] {
         parts {
             /// Target model assumed by the filter.
-            pub target: TargetParams;
+            target: TargetParams;
             /// Sensor model assumed by the filter.
-            pub sensor: SensorParams;
+            sensor: SensorParams;
         }
         numbers {
             /// A track is lost if the standard deviation of its position, in the worst direction, exceeds this. Larger
             /// covariances would exceed the number precision in combination with a good sensor.
-            pub(crate) deletion_position_sd_m = 300.0, "m", "filter.deletion_position_sd_m",
+            deletion_position_sd_m = 300.0, "m", "filter.deletion_position_sd_m",
                 Allowed::above(0.0).at_most(1e4);
             /// A track is lost if its target is not detected for this long although it should clearly be in view.
-            pub(crate) deletion_unseen_in_view_s = 5.0 => 2.0, "s", "filter.deletion_unseen_in_view_s",
+            deletion_unseen_in_view_s = 5.0 => 2.0, "s", "filter.deletion_unseen_in_view_s",
                 Allowed::above(0.0).at_most(1e6);
             /// Standard deviation of the velocity, per axis, of a track that starts from a measurement.
-            pub(crate) initial_velocity_sd_m_s = 10.0, "m/s", "filter.initial_velocity_sd_m_s",
+            initial_velocity_sd_m_s = 10.0, "m/s", "filter.initial_velocity_sd_m_s",
                 Allowed::at_least(1e-3).at_most(1e3);
             /// Rate at which targets begin to manoeuvre: to brake, start or turn harder than the target model assumes. Used
             /// for detections without label.
-            pub(crate) manoeuvre_rate_1_s = 0.0 => 0.03, "1/s", "filter.manoeuvre_rate_1_s",
+            manoeuvre_rate_1_s = 0.0 => 0.03, "1/s", "filter.manoeuvre_rate_1_s",
                 Allowed::at_least(0.0).at_most(10.0);
             /// Rate at which slow targets stop. Used for detections without label, if the sensor has a minimum
             /// detectable velocity.
-            pub(crate) stop_rate_1_s = 0.0 => 0.05, "1/s", "filter.stop_rate_1_s",
+            stop_rate_1_s = 0.0 => 0.05, "1/s", "filter.stop_rate_1_s",
                 Allowed::at_least(0.0).at_most(10.0);
             /// Time after which a lost track is forgotten.
-            pub(crate) lost_track_retention_s = 600.0, "s", "filter.lost_track_retention_s",
+            lost_track_retention_s = 600.0, "s", "filter.lost_track_retention_s",
                 Allowed::above(0.0).at_most(1e6);
         }
     }
@@ -229,10 +228,10 @@ params! {
     struct TargetParams at [track.target] {
         numbers {
             /// Correlation rate alpha of the targets' acceleration; 0: constant acceleration.
-            pub correlation_rate_1_s ["alpha"] = 0.1, "1/s", "filter.correlation_rate_1_s",
+            correlation_rate_1_s ["alpha"] = 0.1, "1/s", "filter.correlation_rate_1_s",
                 Allowed::at_least(0.0).at_most(100.0);
             /// Standard deviation sigma_a of the targets' acceleration, per axis.
-            pub acceleration_sd_m_s2 ["sigma_a"] = 0.2, "m/s2", "filter.acceleration_sd_m_s2",
+            acceleration_sd_m_s2 ["sigma_a"] = 0.2, "m/s2", "filter.acceleration_sd_m_s2",
                 Allowed::at_least(0.0).at_most(100.0);
         }
     }
@@ -253,43 +252,43 @@ params! {
     struct SensorParams at [track.sensor] {
         numbers {
             /// Standard deviation sigma_r of the range.
-            pub range_sd_m ["sigma_r"] = 10.0, "m", "filter.range_sd_m", Allowed::at_least(1e-3).at_most(1e5);
+            range_sd_m ["sigma_r"] = 10.0, "m", "filter.range_sd_m", Allowed::at_least(1e-3).at_most(1e5);
             /// Standard deviation sigma_theta of the bearing.
-            pub bearing_sd_rad ["sigma_theta"] = 3f64.to_radians(), "rad", "filter.bearing_sd_deg",
+            bearing_sd_rad ["sigma_theta"] = 3f64.to_radians(), "rad", "filter.bearing_sd_deg",
                 Allowed::at_least(1e-6).at_most(PI);
             /// Field of view alpha_f of the sensor.
-            pub field_of_view_rad ["alpha_f"] = 70f64.to_radians(), "rad", "sensor.field_of_view_deg",
+            field_of_view_rad ["alpha_f"] = 70f64.to_radians(), "rad", "sensor.field_of_view_deg",
                 Allowed::at_least(1e-3).at_most(TAU);
             /// Maximum range at which a target is detected; above `radius_min_m` of the orbits.
-            pub sensing_range_m = 1200.0, "m", "sensor.sensing_range_m", Allowed::above(RANGE_MIN_M).at_most(1e6);
+            sensing_range_m = 1200.0, "m", "sensor.sensing_range_m", Allowed::above(RANGE_MIN_M).at_most(1e6);
             /// Probability p_d that a target in view is detected if it moves well above `mdv_m_s`. Used for detections
             /// without label, like all numbers below.
-            pub(crate) detection_probability ["p_d"] = 1.0, "1", "filter.detection_probability",
+            detection_probability ["p_d"] = 1.0, "1", "filter.detection_probability",
                 Allowed::above(0.0).at_most(1.0);
             /// Minimum detectable velocity: the radial speed over ground at which half of p_d is left; 0: no limit.
-            pub(crate) mdv_m_s = 0.0, "m/s", "filter.mdv_m_s", Allowed::at_least(0.0).at_most(1e3);
+            mdv_m_s = 0.0, "m/s", "filter.mdv_m_s", Allowed::at_least(0.0).at_most(1e3);
             /// Standard deviation of the range rate, if it is measured.
-            pub(crate) range_rate_sd_m_s = 0.5, "m/s", "filter.range_rate_sd_m_s", Allowed::at_least(1e-3).at_most(1e3);
+            range_rate_sd_m_s = 0.5, "m/s", "filter.range_rate_sd_m_s", Allowed::at_least(1e-3).at_most(1e3);
             /// Mean number of false alarms of a scan.
-            pub(crate) false_alarms_per_scan = 0.0, "1", "filter.false_alarms_per_scan",
+            false_alarms_per_scan = 0.0, "1", "filter.false_alarms_per_scan",
                 Allowed::at_least(0.0).at_most(1e3);
             /// Mean number of targets of a scan that have no track yet.
-            pub(crate) new_targets_per_scan = 0.02, "1", "filter.new_targets_per_scan",
+            new_targets_per_scan = 0.02, "1", "filter.new_targets_per_scan",
                 Allowed::at_least(1e-9).at_most(1e3);
             /// Range below which a measurement updates a track without being linearised, if the predicted position is
             /// uncertain; 0, as in the paper: never.
-            pub(crate) near_range_m = 0.0 => 300.0, "m", "filter.near_range_m", Allowed::at_least(0.0).at_most(1e6);
+            near_range_m = 0.0 => 300.0, "m", "filter.near_range_m", Allowed::at_least(0.0).at_most(1e6);
             /// Largest standard deviation of a predicted position per axis, as a fraction of its range, at which a
             /// measurement beyond `near_range_m` is linearised; 0, or if `near_range_m` is 0: any.
-            pub(crate) linear_sd_fraction_max = 0.1, "1", "filter.linear_sd_fraction_max",
+            linear_sd_fraction_max = 0.1, "1", "filter.linear_sd_fraction_max",
                 Allowed::at_least(0.0).at_most(100.0);
             /// Standard deviation of the error of a UAV's own position, per axis.
-            pub(crate) own_position_sd_m = 0.0, "m", "filter.own_position_sd_m", Allowed::at_least(0.0).at_most(1e4);
+            own_position_sd_m = 0.0, "m", "filter.own_position_sd_m", Allowed::at_least(0.0).at_most(1e4);
             /// Correlation time of that error.
-            pub(crate) own_position_correlation_s = 30.0, "s", "filter.own_position_correlation_s",
+            own_position_correlation_s = 30.0, "s", "filter.own_position_correlation_s",
                 Allowed::at_least(0.0).at_most(1e6);
             /// Standard deviation of a constant error of a UAV's own heading, to which its bearings are relative.
-            pub(crate) own_heading_sd_rad = 0.0, "rad", "filter.own_heading_sd_deg",
+            own_heading_sd_rad = 0.0, "rad", "filter.own_heading_sd_deg",
                 Allowed::at_least(0.0).at_most(PI);
         }
     }
@@ -298,12 +297,12 @@ params! {
     struct StandoffParams at [group.standoff] {
         numbers {
             /// Margin eps_m by which the field of view is reduced (15).
-            pub(crate) field_of_view_margin_rad ["eps_m"] = 10f64.to_radians(), "rad", "orbit.field_of_view_margin_deg",
+            field_of_view_margin_rad ["eps_m"] = 10f64.to_radians(), "rad", "orbit.field_of_view_margin_deg",
                 Allowed::at_least(0.0).with_reason("the margin must leave some of the field of view");
             /// Minimum radius r_d,min.
-            pub radius_min_m ["r_d,min"] = 250.0, "m", "orbit.radius_min_m", Allowed::at_least(1.0).at_most(1e5);
+            radius_min_m ["r_d,min"] = 250.0, "m", "orbit.radius_min_m", Allowed::at_least(1.0).at_most(1e5);
             /// Maximum radius r_d,max.
-            pub radius_max_m ["r_d,max"] = 700.0, "m", "orbit.radius_max_m",
+            radius_max_m ["r_d,max"] = 700.0, "m", "orbit.radius_max_m",
                 Allowed::FINITE.at_most(1e5).with_reason("not smaller than radius_min_m"),
                 |orbit, allowed| allowed.and_at_least(orbit.radius_min_m);
         }
@@ -314,13 +313,13 @@ params! {
         numbers {
             /// Time constant T with which the orbit's centre and radius follow their desired values; 0: immediately.
             /// Values below the period are treated as the period.
-            pub time_constant_s = 0.0 => 1.5, "s", "orbit.time_constant_s", Allowed::at_least(0.0).at_most(60.0);
+            time_constant_s = 0.0 => 1.5, "s", "orbit.time_constant_s", Allowed::at_least(0.0).at_most(60.0);
             /// Maximum acceleration a_max of the orbit's centre and radius.
-            pub acceleration_max_m_s2 = 1.0 => 2.5, "m/s2", "orbit.acceleration_max_m_s2",
+            acceleration_max_m_s2 = 1.0 => 2.5, "m/s2", "orbit.acceleration_max_m_s2",
                 Allowed::above(0.0).at_most(100.0);
             /// Maximum speed c_max at which the orbit's centre and radius approach their desired values. It also limits
             /// the rate of the radius.
-            pub closing_speed_max_m_s = 10.0 => 25.0, "m/s", "orbit.closing_speed_max_m_s",
+            closing_speed_max_m_s = 10.0 => 25.0, "m/s", "orbit.closing_speed_max_m_s",
                 Allowed::above(0.0).at_most(1000.0);
         }
     }
@@ -329,75 +328,75 @@ params! {
     struct GroupingParams at [group] {
         parts {
             /// Bounds of the orbit radius and of the field of view.
-            pub standoff: StandoffParams;
+            standoff: StandoffParams;
             /// Limits on the motion of centre and radius.
-            pub(crate) motion: MotionParams;
+            motion: MotionParams;
         }
         numbers {
             /// Number of standard deviations for the margin `standard-deviations`; 1.645 is the one-sided 95 % quantile.
-            pub(crate) margin_sds = 1.645 => 0.0, "1", "orbit.margin_sds", Allowed::at_least(0.0).at_most(100.0),
+            margin_sds = 1.645 => 0.0, "1", "orbit.margin_sds", Allowed::at_least(0.0).at_most(100.0),
                 |group, allowed| if group.margin == Margin::StandardDeviations { allowed } else { Allowed::FINITE };
             /// A target outside is admitted to a group if the orbit that includes it needs at most this fraction of the
             /// maximum radius.
-            pub(crate) readmission_radius_fraction = 0.9 => 0.97, "1", "orbit.readmission_radius_fraction",
+            readmission_radius_fraction = 0.9 => 0.97, "1", "orbit.readmission_radius_fraction",
                 Allowed::above(0.0).at_most(1.0);
             /// A target is handed off if another group's centroid is nearer by more than this. The paper has no such
             /// margin.
-            pub(crate) handoff_margin_m = 0.0 => 50.0, "m", "groups.handoff_margin_m", Allowed::at_least(0.0).at_most(1e5);
+            handoff_margin_m = 0.0 => 50.0, "m", "groups.handoff_margin_m", Allowed::at_least(0.0).at_most(1e5);
             /// Minimum dwell time T_hd of a handoff (34).
-            pub(crate) dwell_min_s = 3.0, "s", "groups.dwell_min_s", Allowed::at_least(0.0).at_most(3600.0);
+            dwell_min_s = 3.0, "s", "groups.dwell_min_s", Allowed::at_least(0.0).at_most(3600.0);
             /// Maximum dwell time; 0 disables the dwell.
-            pub(crate) dwell_max_s = 30.0, "s", "groups.dwell_max_s",
+            dwell_max_s = 30.0, "s", "groups.dwell_max_s",
                 Allowed::FINITE.at_most(3600.0).with_reason("not shorter than dwell_min_s"),
                 |group, allowed| allowed.and_at_least(group.dwell_min_s);
             /// Limit xi_d of the removal by convergence. If xi_th (Lemma 3.1) of all UAVs of a group stays below -xi_d,
             /// the group removes its furthest target.
-            pub(crate) divergence_limit_m2_s ["xi_d"] = 6000.0, "m2/s", "groups.divergence_limit_m2_s",
+            divergence_limit_m2_s ["xi_d"] = 6000.0, "m2/s", "groups.divergence_limit_m2_s",
                 Allowed::above(0.0).at_most(1e9);
             /// Time for which xi_th must stay below -xi_d before a removal.
-            pub(crate) divergence_time_s = 3.0, "s", "groups.divergence_time_s", Allowed::at_least(0.0).at_most(3600.0);
+            divergence_time_s = 3.0, "s", "groups.divergence_time_s", Allowed::at_least(0.0).at_most(3600.0);
             /// Period of the check whether the UAVs of a group could cover more targets by forming another group; 0, as
             /// in the paper: no check.
-            pub(crate) regrouping_period_s = 0.0 => 30.0, "s", "groups.regrouping_period_s",
+            regrouping_period_s = 0.0 => 30.0, "s", "groups.regrouping_period_s",
                 Allowed::at_least(0.0).at_most(3600.0);
             /// UAVs are not sent to targets that they cannot bring within sensing range in this time.
-            pub(crate) assignment_reach_s = 30.0, "s", "groups.assignment_reach_s",
+            assignment_reach_s = 30.0, "s", "groups.assignment_reach_s",
                 Allowed::at_least(0.0).at_most(3600.0);
             /// Switching cost of a UAV in the assignment with the objective `log-det`, in ln det per target of its
             /// current group. UAVs in flight are reassigned only for a larger gain. For comparison, a UAV twice as far
             /// away contributes 1.4 less.
-            pub(crate) assignment_switching_cost = 0.5 => 10.0, "1", "groups.assignment_switching_cost",
+            assignment_switching_cost = 0.5 => 10.0, "1", "groups.assignment_switching_cost",
                 Allowed::at_least(0.0).at_most(100.0);
             /// Altitude of the lowest orbit, above the plane.
-            pub altitude_lowest_m = 300.0, "m", "groups.altitude_lowest_m", Allowed::at_least(1.0).at_most(2e4);
+            altitude_lowest_m = 300.0, "m", "groups.altitude_lowest_m", Allowed::at_least(1.0).at_most(2e4);
             /// Step between altitudes.
-            pub altitude_step_m = 50.0, "m", "groups.altitude_step_m", Allowed::at_least(1.0).at_most(2e4);
+            altitude_step_m = 50.0, "m", "groups.altitude_step_m", Allowed::at_least(1.0).at_most(2e4);
             /// Distance below which two UAVs of a group cause a proximity alert.
-            pub(crate) proximity_alert_m = 50.0, "m", "groups.proximity_alert_m", Allowed::at_least(0.0).at_most(1e4);
+            proximity_alert_m = 50.0, "m", "groups.proximity_alert_m", Allowed::at_least(0.0).at_most(1e4);
         }
         words {
             /// Margin d_m of the standoff distance (16).
-            pub(crate) margin: Margin = Mahalanobis => StandardDeviations, "orbit.margin";
+            margin: Margin = Mahalanobis => StandardDeviations, "orbit.margin";
             /// Centre of the orbit.
-            pub(crate) centre: CentreEstimate = Filtered => EnclosingCircle, "orbit.centre";
+            centre: CentreEstimate = Filtered => EnclosingCircle, "orbit.centre";
             /// Where the UAVs of a group point their sensors.
-            pub(crate) pointing: Pointing = GroupCentre => AngularMidpoint, "orbit.pointing";
+            pointing: Pointing = GroupCentre => AngularMidpoint, "orbit.pointing";
             /// How the centre reacts to a change of members.
-            pub(crate) centre_jump: CentreJump = Innovation => ShiftState, "orbit.centre_jump";
+            centre_jump: CentreJump = Innovation => ShiftState, "orbit.centre_jump";
             /// Number of groups.
-            pub(crate) count: GroupCount = HalfOfUavs => AsNeeded, "groups.count";
+            count: GroupCount = HalfOfUavs => AsNeeded, "groups.count";
             /// Objective of the assignment of UAVs to groups (32).
-            pub(crate) objective: Objective = LogDet, "groups.objective";
+            objective: Objective = LogDet, "groups.objective";
             /// Member that a group removes if its orbit cannot cover all.
-            pub(crate) removal: RemovalRule = FurthestFromCentre => LargestRadiusReduction, "groups.removal";
+            removal: RemovalRule = FurthestFromCentre => LargestRadiusReduction, "groups.removal";
             /// UAVs that share an altitude.
-            pub(crate) altitude_policy: AltitudePolicy = PerGroup, "groups.altitude_policy";
+            altitude_policy: AltitudePolicy = PerGroup, "groups.altitude_policy";
         }
         flags {
             /// Orbits are not smaller than the turn limit about their moving centre, up to the maximum radius.
-            pub(crate) radius_above_turn_limit = false => true, "orbit.radius_above_turn_limit";
+            radius_above_turn_limit = false => true, "orbit.radius_above_turn_limit";
             /// UAVs that no group needs search for lost targets.
-            pub(crate) search_lost_targets = false => true, "groups.search_lost_targets";
+            search_lost_targets = false => true, "groups.search_lost_targets";
         }
         relations |group, errors| {
             // The filter would continue from the centre that the motion model has moved, so that neither would behave as
@@ -416,28 +415,28 @@ params! {
     struct GuidanceParams at [guidance] {
         numbers {
             /// Gain k_l of active measure 1 (20); 1 disables the measure.
-            pub(crate) radial_gain ["k_l"] = 0.2, "1", "guidance.radial_gain", Allowed::at_least(1e-3).at_most(1.0);
+            radial_gain ["k_l"] = 0.2, "1", "guidance.radial_gain", Allowed::at_least(1e-3).at_most(1.0);
             /// Lead time k_rd of active measure 2 (22) with the law `oh-2015`; 0 disables the measure. The law `standoff`
             /// computes its lead.
-            pub(crate) lead_s ["k_rd"] = 3.0, "s", "guidance.lead_s", Allowed::at_least(0.0).at_most(100.0);
+            lead_s ["k_rd"] = 3.0, "s", "guidance.lead_s", Allowed::at_least(0.0).at_most(100.0);
             /// Heading gain k_omega (24).
-            pub(crate) heading_gain_1_s ["k_omega"] = 2.0 => 1.0, "1/s", "guidance.heading_gain_1_s",
+            heading_gain_1_s ["k_omega"] = 2.0 => 1.0, "1/s", "guidance.heading_gain_1_s",
                 Allowed::above(0.0).at_most(100.0);
             /// Phase gain k_v (35).
-            pub(crate) phase_gain_1_s ["k_v"] = 0.5, "1/s", "guidance.phase_gain_1_s",
+            phase_gain_1_s ["k_v"] = 0.5, "1/s", "guidance.phase_gain_1_s",
                 Allowed::at_least(0.0).at_most(100.0);
             /// Desired phase theta_d between two UAVs (35).
-            pub desired_phase_rad ["theta_d"] = 90f64.to_radians(), "rad", "guidance.desired_phase_deg",
+            desired_phase_rad ["theta_d"] = 90f64.to_radians(), "rad", "guidance.desired_phase_deg",
                 Allowed::at_least(0.0).at_most(PI);
         }
         words {
             /// Named law.
-            pub law: Law = Oh2015 => Standoff, "guidance.law";
+            law: Law = Oh2015 => Standoff, "guidance.law";
             /// Feedforward turn rate (25) with the law `oh-2015`. That of the law `standoff` is the derivative along the
             /// motion of the UAV.
-            pub(crate) feedforward: Feedforward = StaticCentre, "guidance.feedforward";
+            feedforward: Feedforward = StaticCentre, "guidance.feedforward";
             /// Direction of the orbits, seen from above.
-            pub orbit_direction: OrbitDirection = Anticlockwise, "guidance.orbit_direction";
+            orbit_direction: OrbitDirection = Anticlockwise, "guidance.orbit_direction";
         }
     }
 
@@ -445,9 +444,9 @@ params! {
     struct SeparationParams at [separation] {
         numbers {
             /// Minimum horizontal distance.
-            pub horizontal_min_m = 50.0, "m", "separation.horizontal_min_m", Allowed::at_least(1.0).at_most(1e4);
+            horizontal_min_m = 50.0, "m", "separation.horizontal_min_m", Allowed::at_least(1.0).at_most(1e4);
             /// Minimum difference of altitude.
-            pub vertical_min_m = 30.0, "m", "separation.vertical_min_m", Allowed::at_least(1.0).at_most(1e4);
+            vertical_min_m = 30.0, "m", "separation.vertical_min_m", Allowed::at_least(1.0).at_most(1e4);
         }
     }
 
@@ -456,19 +455,19 @@ params! {
         numbers {
             /// Wind speed for which orbits have room: r_d,min is the turn limit at the highest ground speed, in a wind of
             /// this speed against the motion of the centre. The same for all UAVs, unlike their estimates.
-            pub orbit_wind_m_s = 0.0, "m/s", "wind.orbit_wind_m_s", Allowed::at_least(0.0).at_most(WIND_MAX_M_S);
+            orbit_wind_m_s = 0.0, "m/s", "wind.orbit_wind_m_s", Allowed::at_least(0.0).at_most(WIND_MAX_M_S);
             /// Time constant with which the estimate follows the difference between the ground velocity and the air
             /// velocity of the UAV.
-            pub(crate) estimate_time_constant_s = 10.0, "s", "wind.estimate_time_constant_s",
+            estimate_time_constant_s = 10.0, "s", "wind.estimate_time_constant_s",
                 Allowed::at_least(1e-3).at_most(3600.0);
             /// Speed of a given wind.
-            pub(crate) believed_speed_m_s = 0.0, "m/s", "wind.believed_speed_m_s", Allowed::at_least(0.0).at_most(100.0);
+            believed_speed_m_s = 0.0, "m/s", "wind.believed_speed_m_s", Allowed::at_least(0.0).at_most(100.0);
             /// Direction that a given wind blows from, clockwise from north.
-            pub(crate) believed_from_rad = 0.0, "rad", "wind.believed_from_deg", Allowed::at_least(0.0).at_most(TAU);
+            believed_from_rad = 0.0, "rad", "wind.believed_from_deg", Allowed::at_least(0.0).at_most(TAU);
         }
         words {
             /// Source of the wind that a UAV assumes.
-            pub(crate) belief: WindBelief = Estimated, "wind.belief";
+            belief: WindBelief = Estimated, "wind.belief";
         }
     }
 }
@@ -495,18 +494,14 @@ pub struct ParamInfo {
     /// Doc comment, as lines that begin with a space.
     doc: &'static str,
     /// Kind of its values.
-    #[cfg(feature = "research")]
     pub kind: ParamKind,
-    #[cfg(not(feature = "research"))]
-    pub(crate) kind: ParamKind,
     get: fn(&TeamParams) -> Option<ParamValue>,
     set: fn(&mut TeamParams, ParamValue) -> bool,
 }
 
 impl ParamInfo {
     /// Name of the field: the last part of the path.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn name(&self) -> &'static str {
+    pub fn name(&self) -> &'static str {
         self.path.rsplit('.').next().unwrap_or(self.path)
     }
 
@@ -516,8 +511,7 @@ impl ParamInfo {
     }
 
     /// True for an angle or its rate in radians, which scenario files have in degrees.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn is_angle(&self) -> bool {
+    pub fn is_angle(&self) -> bool {
         match self.kind {
             ParamKind::Number { unit: "rad", .. } => true,
             ParamKind::Number { unit: "rad/s", .. } => self.key.ends_with("_deg_s"),
@@ -612,8 +606,7 @@ impl TeamParams {
     }
 
     /// Returns the UAV parameters that cannot be integrated over a period: [`UavParams::errors_for_period`].
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn errors_for_period(&self, period: Duration) -> Vec<ParamError> {
+    pub fn errors_for_period(&self, period: Duration) -> Vec<ParamError> {
         errors_of([("uav", self.uav.errors_for_period(period))])
     }
 }

@@ -34,22 +34,19 @@ impl SensorParams {
     }
 
     /// Half the field of view, rad.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn half_field_of_view_rad(&self) -> f64 {
+    pub fn half_field_of_view_rad(&self) -> f64 {
         0.5 * self.field_of_view_rad
     }
 
     /// Returns true if the target is within half the field of view of the boresight and within sensing range.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn in_view(&self, uav: Position, boresight: Angle, target: Position) -> bool {
+    pub fn in_view(&self, uav: Position, boresight: Angle, target: Position) -> bool {
         let [is_in_view] = self.in_view_batch([(uav, boresight, target)]);
         is_in_view
     }
 
     /// Like [`in_view`](Self::in_view) for several targets, each with its UAV and boresight. Same results, but faster.
     #[inline]
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn in_view_batch<const N: usize>(&self, looks: [(Position, Angle, Position); N]) -> [bool; N] {
+    pub fn in_view_batch<const N: usize>(&self, looks: [(Position, Angle, Position); N]) -> [bool; N] {
         let measured = measure_batch(looks.map(|(uav, _, target)| target - uav));
         core::array::from_fn(|i| self.is_within(&measured[i], looks[i].1))
     }
@@ -62,16 +59,14 @@ impl SensorParams {
 
     /// Returns the noise-free measurement of a target within half the field of view of the boresight and within sensing
     /// range; `None` for other targets.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn measure(&self, uav: Position, boresight: Angle, target: Position) -> Option<RangeBearingMeasurement> {
+    pub fn measure(&self, uav: Position, boresight: Angle, target: Position) -> Option<RangeBearingMeasurement> {
         let [z] = self.measure_batch(uav, boresight, [target]);
         z
     }
 
     /// Like [`measure`](Self::measure) for several targets. Same results, but faster.
     #[inline]
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn measure_batch<const N: usize>(
+    pub fn measure_batch<const N: usize>(
         &self,
         uav: Position,
         boresight: Angle,
@@ -102,8 +97,7 @@ impl SensorParams {
 
     /// Probability that a target in view is detected, which has a speed along the line of sight over ground of
     /// `radial_speed_m_s`: `p_d (1 - exp(-ln 2 (v / mdv)^2))`, half of p_d at the minimum detectable velocity.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn detection_probability_at(&self, radial_speed_m_s: f64) -> f64 {
+    pub fn detection_probability_at(&self, radial_speed_m_s: f64) -> f64 {
         self.detection_probability * (1.0 - self.blind_probability(radial_speed_m_s * radial_speed_m_s))
     }
 
@@ -129,15 +123,13 @@ impl SensorParams {
     ///
     /// Implements Eq. (31), one UAV's term. Zero within `RANGE_MIN_M`.
     #[doc(alias = "fisher")]
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn information(&self, uav: Position, target: Position) -> Matrix2<f64> {
+    pub fn information(&self, uav: Position, target: Position) -> Matrix2<f64> {
         let Some(h) = jacobian(uav, target) else { return Matrix2::zeros() };
         h.transpose() * self.noise_information() * h
     }
 
     /// Returns R^-1, the inverse of the measurement noise covariance.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn noise_information(&self) -> Matrix2<f64> {
+    pub fn noise_information(&self) -> Matrix2<f64> {
         Matrix2::from_diagonal(&self.noise_weights().into())
     }
 
@@ -159,8 +151,7 @@ impl SensorParams {
     /// Converts a measurement to a target position and its covariance, m2, with the errors of the UAV's own position and
     /// heading. Across the line of sight, an error of the bearing grows with the true range: below `near_range_m`, its
     /// mean square replaces the square of the measured range.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn to_cartesian(&self, uav: Position, z: &RangeBearingMeasurement) -> (Position, Matrix2<f64>) {
+    pub fn to_cartesian(&self, uav: Position, z: &RangeBearingMeasurement) -> (Position, Matrix2<f64>) {
         let along = Displacement::from_polar(1.0, z.bearing).vector();
         let across = Vector2::new(-along.y, along.x);
         let mut range_m = z.range_m.max(RANGE_MIN_M);

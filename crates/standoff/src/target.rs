@@ -24,15 +24,11 @@ use crate::time::Duration;
 ///
 /// Component order: `[x, vx, ax, y, vy, ay]`, one block of three per axis.
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct TargetState(
-    #[cfg(feature = "research")] pub Vector6<f64>,
-    #[cfg(not(feature = "research"))] pub(crate) Vector6<f64>,
-);
+pub struct TargetState(pub Vector6<f64>);
 
 impl TargetState {
     /// Creates a state from position, velocity and acceleration (east and north, m/s2).
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn new(position: Position, velocity: Velocity, acceleration_m_s2: [f64; 2]) -> Self {
+    pub fn new(position: Position, velocity: Velocity, acceleration_m_s2: [f64; 2]) -> Self {
         Self(Vector6::new(
             position.x_m(),
             velocity.x_m_s(),
@@ -57,8 +53,7 @@ impl TargetState {
 
     /// Acceleration east and north, m/s2.
     #[inline]
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn acceleration_m_s2(&self) -> [f64; 2] {
+    pub fn acceleration_m_s2(&self) -> [f64; 2] {
         [self.0[2], self.0[5]]
     }
 }
@@ -67,8 +62,7 @@ impl TargetParams {
     /// Discretises the model for a time step of `dt`.
     ///
     /// Implements Eq. (6) and the exact Q.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn transition(&self, dt: Duration) -> Transition {
+    pub fn transition(&self, dt: Duration) -> Transition {
         let (alpha, t) = (self.correlation_rate_1_s, dt.s());
         let third = third_column(alpha, t);
         let density = 2.0 * alpha * self.acceleration_sd_m_s2 * self.acceleration_sd_m_s2;

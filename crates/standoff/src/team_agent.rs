@@ -80,8 +80,7 @@ impl TeamAgent {
 
     /// Replaces the assignment law (33) with a custom one.
     #[must_use]
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn with_assignment_law(mut self, law: Arc<dyn AssignmentLaw>) -> Self {
+    pub fn with_assignment_law(mut self, law: Arc<dyn AssignmentLaw>) -> Self {
         self.updater.assignment = Some(law);
         self
     }
@@ -187,8 +186,7 @@ impl TeamAgent {
     }
 
     /// Clears the team state and all received messages; the counters of rejected messages keep their values.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn reset(&mut self) {
+    pub fn reset(&mut self) {
         (self.previous, self.team_state) = (Box::default(), Box::default());
         self.messages.open(Time::EPOCH);
         self.intruders.clear();

@@ -34,17 +34,11 @@ pub struct TeamState {
     pub groups: Vec<Group>,
     /// Assignment of UAVs to groups, by ascending UAV. It contains every UAV received within the teammate timeout that
     /// does not search, while there are groups.
-    #[cfg(feature = "research")]
     pub assignments: Vec<Assignment>,
-    #[cfg(not(feature = "research"))]
-    pub(crate) assignments: Vec<Assignment>,
     /// UAVs that search for lost targets, by ascending UAV.
     pub search_assignments: Vec<SearchAssignment>,
     /// Number of tracks that are not lost and in no group.
-    #[cfg(feature = "research")]
     pub ungrouped_count: u32,
-    #[cfg(not(feature = "research"))]
-    pub(crate) ungrouped_count: u32,
     /// Events of this time step.
     #[serde(skip)]
     pub events: Vec<Event>,
@@ -81,8 +75,7 @@ impl TeamState {
     }
 
     /// Tentative tracks of detections without label, by ascending id.
-    #[cfg(feature = "research")]
-    pub fn tentative_tracks(&self) -> impl Iterator<Item = crate::research::TentativeTrack> {
+    pub fn tentative_tracks(&self) -> impl Iterator<Item = crate::tracking::unlabelled::TentativeTrack> {
         self.unlabelled.tentative()
     }
 
@@ -160,8 +153,7 @@ impl TeamState {
 
     /// Zero-based creation index of a group, which records and users see; it is the same for all agents if all messages
     /// arrive. `None` for groups that exist neither now nor at the previous time step.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn group_number(&self, group: GroupId) -> Option<u32> {
+    pub fn group_number(&self, group: GroupId) -> Option<u32> {
         self.memberships.number(group)
     }
 

@@ -41,8 +41,7 @@ impl Time {
 
 impl Duration {
     /// Zero duration.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) const ZERO: Self = Self(0);
+    pub const ZERO: Self = Self(0);
 
     /// Creates a duration from microseconds.
     pub const fn from_us(us: i64) -> Self {

@@ -75,8 +75,7 @@ impl UavState {
     }
 
     /// Extrapolates the state by `after_s` seconds at constant speed, turn rate and climb rate.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn extrapolated(&self, after_s: f64) -> Self {
+    pub fn extrapolated(&self, after_s: f64) -> Self {
         let turned_rad = self.turn_rate_rad_s * after_s;
         let (moved, heading) = if turned_rad.abs() < 1e-9 {
             (self.velocity() * after_s, self.heading)
@@ -106,8 +105,7 @@ impl UavState {
     }
 
     /// Returns true if every component is finite.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn is_finite(&self) -> bool {
+    pub fn is_finite(&self) -> bool {
         self.position.is_finite()
             && self.heading.rad().is_finite()
             && self.speed_m_s.is_finite()
@@ -151,8 +149,7 @@ pub struct LimitedCommand {
 
 impl ClimbParams {
     /// Clamps an altitude to the limits, m.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn limit_m(&self, altitude_m: f64) -> f64 {
+    pub fn limit_m(&self, altitude_m: f64) -> f64 {
         // Unlike `clamp`, this accepts the limits of an edited record, whose order is unchecked.
         altitude_m.max(self.altitude_min_m).min(self.altitude_max_m)
     }
@@ -161,8 +158,7 @@ impl ClimbParams {
     ///
     /// The commanded rate is the remaining altitude difference divided by four lags plus two steps. Four lags make the
     /// loop critically damped; the two steps prevent overshoot.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn step(&self, from: &Vertical, altitude_m: Option<f64>, dt: Duration) -> Vertical {
+    pub fn step(&self, from: &Vertical, altitude_m: Option<f64>, dt: Duration) -> Vertical {
         let desired_m_s =
             altitude_m.map_or(0.0, |to_m| (self.limit_m(to_m) - from.altitude_m) / (4.0 * self.lag_s + 2.0 * dt.s()));
         let rate_m_s = desired_m_s.clamp(-self.rate_max_m_s, self.rate_max_m_s);
@@ -177,14 +173,12 @@ impl ClimbParams {
 
 impl UavParams {
     /// Maximum speed that may be commanded, m/s.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn speed_max_m_s(&self) -> f64 {
+    pub fn speed_max_m_s(&self) -> f64 {
         self.speed_m_s + self.speed_change_max_m_s
     }
 
     /// Lowest and highest speed that may be commanded, m/s; in wind, airspeed.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn speeds_m_s(&self) -> [f64; 2] {
+    pub fn speeds_m_s(&self) -> [f64; 2] {
         [self.speed_m_s - self.speed_change_max_m_s, self.speed_m_s + self.speed_change_max_m_s]
     }
 
@@ -193,8 +187,7 @@ impl UavParams {
     /// If a lag is shorter than `dt`, an Euler step (4) overshoots the command, possibly past the limits and even into
     /// negative speeds. If it is shorter than half of `dt`, the error grows with every step without bound. The lags of
     /// Table I are too short for its period.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn errors_for_period(&self, dt: Duration) -> Vec<ParamError> {
+    pub fn errors_for_period(&self, dt: Duration) -> Vec<ParamError> {
         let mut errors = Vec::new();
         if self.integrator == Integrator::Euler {
             let lag = Allowed::at_least(dt.s())
@@ -209,8 +202,7 @@ impl UavParams {
     ///
     /// Implements Eq. (2), (3). Defined for all inputs: NaN becomes straight flight at the nominal speed and counts as
     /// limited.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn limit(&self, desired: Command) -> LimitedCommand {
+    pub fn limit(&self, desired: Command) -> LimitedCommand {
         let (speed_m_s, speed_limited) = self.limit_speed_m_s(desired.speed_m_s);
         let (turn_rate_rad_s, turn_rate_limited) =
             clamp_flagged(desired.turn_rate_rad_s, -self.turn_rate_max_rad_s, self.turn_rate_max_rad_s, 0.0);
@@ -224,8 +216,7 @@ impl UavParams {
     }
 
     /// Returns the response of the UAV to commands that are held for `dt`.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn response(&self, dt: Duration) -> AutopilotModel {
+    pub fn response(&self, dt: Duration) -> AutopilotModel {
         let dt_s = dt.s();
         let after = |t_s: f64| {
             let turn_decay = math::exp(-t_s / self.turn_rate_lag_s);
@@ -257,8 +248,7 @@ impl UavParams {
     /// is below 1.
     ///
     /// Diagnoses the erratum of Eq. (4): Euler needs `heading_gain_1_s * period < 1`.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn heading_loop_spectral_radius(&self, heading_gain_1_s: f64, period: Duration) -> f64 {
+    pub fn heading_loop_spectral_radius(&self, heading_gain_1_s: f64, period: Duration) -> f64 {
         let (k, t, tau) = (heading_gain_1_s, period.s(), self.turn_rate_lag_s);
         let (trace, determinant) = match self.integrator {
             Integrator::Exact => {

@@ -2,18 +2,16 @@
 
 use core::fmt;
 
-research_fields! {
-    /// A parameter outside its allowed range.
-    #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-    #[error("{path} = {value}: must be {allowed}")]
-    pub struct ParamError {
-        /// Path of the parameter in the checked type: field names joined by dots, as in `track.sensor.range_sd_m`.
-        pub path: String,
-        /// The given value.
-        pub value: f64,
-        /// Allowed range.
-        pub(crate) allowed: Allowed,
-    }
+/// A parameter outside its allowed range.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{path} = {value}: must be {allowed}")]
+pub struct ParamError {
+    /// Path of the parameter in the checked type: field names joined by dots, as in `track.sensor.range_sd_m`.
+    pub path: String,
+    /// The given value.
+    pub value: f64,
+    /// Allowed range.
+    pub allowed: Allowed,
 }
 
 /// Joins the errors of several fields and prefixes each path with the name of its field.
@@ -27,7 +25,7 @@ pub(crate) fn errors_of<const N: usize>(fields: [(&'static str, Vec<ParamError>)
 /// An interval of allowed values, in the parameter's unit.
 ///
 /// ```
-/// use standoff::research::Allowed;
+/// use standoff::validation::Allowed;
 ///
 /// let gain = Allowed::at_least(0.001).at_most(1.0);
 /// assert!(gain.contains(0.2) && !gain.contains(0.0) && !gain.contains(f64::NAN));
@@ -53,8 +51,7 @@ impl Allowed {
     pub const FINITE: Self = Self { lower: Bound::None, upper: Bound::None, because: "" };
 
     /// Values larger than `limit`.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) const fn above(limit: f64) -> Self {
+    pub const fn above(limit: f64) -> Self {
         Self { lower: Bound::Open(limit), ..Self::FINITE }
     }
 
@@ -64,8 +61,7 @@ impl Allowed {
     }
 
     /// Exactly one value.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) const fn exactly(value: f64) -> Self {
+    pub const fn exactly(value: f64) -> Self {
         Self::at_least(value).at_most(value)
     }
 
@@ -75,8 +71,7 @@ impl Allowed {
     }
 
     /// Adds an upper limit that is excluded.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) const fn below(self, limit: f64) -> Self {
+    pub const fn below(self, limit: f64) -> Self {
         Self { upper: Bound::Open(limit), ..self }
     }
 
@@ -86,8 +81,7 @@ impl Allowed {
     }
 
     /// Names the other parameter that sets the bound.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) const fn with_reason(self, because: &'static str) -> Self {
+    pub const fn with_reason(self, because: &'static str) -> Self {
         Self { because, ..self }
     }
 
@@ -107,8 +101,7 @@ impl Allowed {
     }
 
     /// Returns the same interval in another unit: applies an increasing function to every bound.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn map(self, convert: impl Fn(f64) -> f64) -> Self {
+    pub fn map(self, convert: impl Fn(f64) -> f64) -> Self {
         let bound = |bound| match bound {
             Bound::None => Bound::None,
             Bound::Open(limit) => Bound::Open(convert(limit)),
@@ -118,8 +111,7 @@ impl Allowed {
     }
 
     /// Adds an error for the parameter at `path` if its value is outside the interval.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn check(&self, path: &str, value: f64, errors: &mut Vec<ParamError>) {
+    pub fn check(&self, path: &str, value: f64, errors: &mut Vec<ParamError>) {
         if !self.contains(value) {
             errors.push(ParamError { path: path.to_owned(), value, allowed: *self });
         }

@@ -72,8 +72,7 @@ struct Triangle {
 impl Wind {
     /// Creates a wind from its speed, m/s, and the direction it blows from, radians clockwise from north, as in weather
     /// reports: a wind from 90 degrees blows from east to west.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn blowing_from(speed_m_s: f64, from_rad: f64) -> Self {
+    pub fn blowing_from(speed_m_s: f64, from_rad: f64) -> Self {
         let (sin, cos) = math::sin_cos(from_rad);
         Self { velocity: Velocity::from_m_s(-speed_m_s * sin, -speed_m_s * cos) }
     }
@@ -89,8 +88,7 @@ impl Wind {
     }
 
     /// Velocity relative to the air of a UAV with velocity `ground` over ground.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn air_velocity(self, ground: Velocity) -> AirVelocity {
+    pub fn air_velocity(self, ground: Velocity) -> AirVelocity {
         let air = ground - self.velocity;
         AirVelocity { heading: air.direction(), airspeed_m_s: air.speed_m_s() }
     }
@@ -138,8 +136,7 @@ impl Wind {
     /// State over ground of a UAV whose heading, airspeed and heading rate are those of `air`, and whose airspeed
     /// changes by `acceleration_m_s2`. Position and altitude are the same. A UAV that hovers over ground has a course
     /// rate of zero.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn over_ground(self, air: &UavState, acceleration_m_s2: f64) -> UavState {
+    pub fn over_ground(self, air: &UavState, acceleration_m_s2: f64) -> UavState {
         let ground = air.velocity() + self.velocity;
         let (course, ground_speed_m_s) = (ground.direction(), ground.speed_m_s());
         let (sin, cos) = (air.heading - course).sin_cos();
@@ -178,8 +175,7 @@ impl Wind {
     /// Lowest and highest ground speed, m/s, on the course `along`, a unit vector, at airspeeds between the two of
     /// `airspeeds_m_s`; `None` if no ground speed above 0 is possible. The UAV faces along its course: it does not fly
     /// backwards.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn ground_speeds_m_s(self, along: Vector2<f64>, airspeeds_m_s: [f64; 2]) -> Option<[f64; 2]> {
+    pub fn ground_speeds_m_s(self, along: Vector2<f64>, airspeeds_m_s: [f64; 2]) -> Option<[f64; 2]> {
         let wind = self.velocity.vector();
         let (tail_m_s, cross_m_s) = (wind.dot(&along), along.perp(&wind));
         let forward_m_s = |airspeed_m_s: f64| {
@@ -251,8 +247,7 @@ impl TeamParams {
     /// Speed of the wind that the geofence of a UAV allows for, m/s: that of [`WindParams::orbit_wind_m_s`], unless the UAV
     /// assumes a wind that is stronger by more than 2 m/s. Then it is a multiple of 2 m/s, so that few safety functions are
     /// built.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn geofence_wind_m_s(&self, assumed: Option<Wind>) -> f64 {
+    pub fn geofence_wind_m_s(&self, assumed: Option<Wind>) -> f64 {
         let (allowed_m_s, assumed_m_s) = (self.orbit_wind_m_s(), assumed.map_or(0.0, |wind| wind.velocity.speed_m_s()));
         let steps = (assumed_m_s.min(WIND_MAX_M_S) / STRONGER_M_S).ceil();
         if assumed_m_s > allowed_m_s + STRONGER_M_S { steps * STRONGER_M_S } else { allowed_m_s }

@@ -1,6 +1,11 @@
 //! (32) adds information about different targets before the determinant, and (33) allows a UAV in two groups.
 
-use standoff::research::{Assignment, AvailableUav, CandidateGroup, Objective, assign, math};
+use standoff::coordination::assignment::Assignment;
+use standoff::coordination::assignment::AvailableUav;
+use standoff::coordination::assignment::CandidateGroup;
+use standoff::coordination::assignment::assign;
+use standoff::math;
+use standoff::params::Objective;
 use standoff::{Displacement, GroupId, Position, SensorParams, TeamParams, UavId};
 use standoff_sim::random::{Draw, Draws, Stream};
 

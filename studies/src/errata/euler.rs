@@ -1,7 +1,7 @@
 //! Euler's step (4) at 0.5 s: the heading loop is marginally stable, and the orbit about a stationary target is too
 //! wide.
 
-use standoff::research::Integrator;
+use standoff::params::Integrator;
 use standoff::{Duration, TeamParams, UavParams};
 use standoff_view::figures::study::Plot;
 

@@ -1,6 +1,8 @@
 //! (25) is the derivative of the field's heading only on the orbit and only about a stationary centre.
 
-use standoff::research::{Feedforward, VectorField, steer};
+use standoff::guidance::heading::steer;
+use standoff::guidance::vector_field::VectorField;
+use standoff::params::Feedforward;
 use standoff::{Displacement, Position, TeamParams, UavState, Velocity};
 use standoff_view::figures::study::{Line, Plot};
 

@@ -1,6 +1,10 @@
 //! Closed-loop simulation of guidance and kinematics of one UAV about an exactly known centre.
 
-use standoff::research::{Feedforward, Integrator, Orbit, Ramp, steer};
+use standoff::guidance::heading::Orbit;
+use standoff::guidance::heading::steer;
+use standoff::guidance::standoff_distance::Ramp;
+use standoff::params::Feedforward;
+use standoff::params::Integrator;
 use standoff::{Angle, Command, Duration, GuidanceParams, Position, TeamParams, UavParams, UavState, Velocity};
 
 /// Sampling period T_s of Table I, s.

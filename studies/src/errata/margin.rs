@@ -2,7 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use standoff::research::{Centroid, GroupCentre, Transition, mahalanobis_squared};
+use standoff::coordination::group_centre::Centroid;
+use standoff::coordination::group_centre::GroupCentre;
+use standoff::coordination::group_centre::mahalanobis_squared;
+use standoff::target::Transition;
 use standoff::{Covariance, Estimate as Track, TargetState};
 use standoff_record::{Frame, GroupRow, TrackRow};
 use standoff_sim::scenario::Scenario;

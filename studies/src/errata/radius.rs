@@ -1,7 +1,8 @@
 //! (27) neglects the motion of the centre: about a moving centre the smallest feasible orbit is larger.
 
 use standoff::TeamParams;
-use standoff::research::{moving_centre_limit_m, turn_limit_m};
+use standoff::guidance::standoff_distance::moving_centre_limit_m;
+use standoff::guidance::standoff_distance::turn_limit_m;
 use standoff_view::figures::study::Plot;
 
 use super::flight::{Flight, Form};

@@ -1,6 +1,6 @@
 //! Goals, limits and bounds of the metrics, and lines that explain their values.
 
-use standoff::research::Margin;
+use standoff::params::Margin;
 use standoff_score::SelectedMetrics;
 use standoff_sim::scenario::Settings;
 

@@ -3,7 +3,7 @@
 use std::io::{self, Cursor, Read, Write};
 
 use bolero::check;
-use standoff::research::math;
+use standoff::math;
 
 use super::*;
 

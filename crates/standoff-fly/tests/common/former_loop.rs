@@ -10,7 +10,8 @@
 use std::collections::VecDeque;
 
 use standoff::Angle;
-use standoff::research::{GRAVITY_M_S2, math};
+use standoff::atmosphere::GRAVITY_M_S2;
+use standoff::math;
 
 use super::offline_flight::{InnerLoop, Known, Orbit, PERIOD_S};
 

@@ -21,7 +21,8 @@
 
 use std::collections::VecDeque;
 
-use standoff::research::{GRAVITY_M_S2, math};
+use standoff::atmosphere::GRAVITY_M_S2;
+use standoff::math;
 use standoff::{Angle, Position, Velocity};
 
 /// Step of the simulation, s.

@@ -12,7 +12,8 @@
 //! the aircraft: [`super::identified_aircraft`].
 
 use nalgebra::Complex;
-use standoff::research::{GRAVITY_M_S2, math};
+use standoff::atmosphere::GRAVITY_M_S2;
+use standoff::math;
 
 use super::identified_aircraft::Airframe;
 

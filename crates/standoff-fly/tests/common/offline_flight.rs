@@ -1,6 +1,7 @@
 //! Flight of an inner loop behind the identified aircraft around an exact or a noisy target, without MAVLink and team.
 
-use standoff::research::{VectorField, math};
+use standoff::guidance::vector_field::VectorField;
+use standoff::math;
 use standoff::{Angle, Displacement, OrbitDirection, Position, Velocity};
 
 use super::identified_aircraft::{self, IdentifiedAircraft, Noise, STEP_S};

@@ -15,7 +15,8 @@ use mavlink::dialects::ardupilotmega::{
     MISSION_ITEM_INT_DATA, MISSION_REQUEST_INT_DATA, MISSION_REQUEST_LIST_DATA, MavAutopilot, MavCmd, MavMessage,
     MavModeFlag, MavParamType, MavResult, MavState, MavType, PARAM_VALUE_DATA, VFR_HUD_DATA,
 };
-use standoff::research::{GRAVITY_M_S2, math};
+use standoff::atmosphere::GRAVITY_M_S2;
+use standoff::math;
 use standoff::{Angle, Position};
 use standoff_fly::codec::{Codec, SigningKey, clock_stamp, encode_as};
 use standoff_io::geodesy::LocalPlane;

@@ -3,7 +3,7 @@
 use crate::common::flight::{Flight, config};
 use crate::common::plane::{GUIDED, LOITER, RTL};
 use mavlink::dialects::ardupilotmega::MavCmd;
-use standoff::research::math;
+use standoff::math;
 use standoff::{BankParams, Duration, LinkModel, Position, UavId};
 use standoff_fly::authority::{Condition, State, StopReason};
 use standoff_fly::config::{Config, Steer};

@@ -1,7 +1,8 @@
 //! The identified aircraft responds as ArduPlane's simulator was measured.
 
 use crate::common::identified_aircraft::{Airframe, IdentifiedAircraft, STEP_S};
-use standoff::research::{GRAVITY_M_S2, math};
+use standoff::atmosphere::GRAVITY_M_S2;
+use standoff::math;
 use standoff::{Angle, Position};
 
 fn aircraft(airframe: Airframe) -> IdentifiedAircraft {

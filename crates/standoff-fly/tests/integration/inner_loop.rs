@@ -6,7 +6,8 @@ use crate::common::margins::{AGE_S, Condition, Gains, aircraft, dead_time, margi
 use crate::common::offline_flight::{
     Flight, Flown, InnerLoop, Known, Orbit, PERIOD_S, TargetMotion, manoeuvring, straight,
 };
-use standoff::research::{self, InnerLoopGains, Ramp};
+use standoff::guidance::inner_loop::InnerLoopGains;
+use standoff::guidance::standoff_distance::Ramp;
 use standoff::{
     Angle, Demand, DesiredPath, Guidance, GuidanceParams, InnerLoopInputs, Position, TeamParams, UavState, Velocity,
     Wind,
@@ -55,7 +56,13 @@ fn path(orbit: &Orbit, known: &Known) -> DesiredPath {
     let law = GuidanceParams { radial_gain: orbit.radial_gain, ..TeamParams::recommended().guidance };
     let steered = Ramp { radius_m: orbit.radius_m, rate_m_s: 0.0 };
     let (centre, centre_velocity) = (known.centre, known.centre_velocity);
-    let orbit = research::Orbit { centre, centre_velocity, distance_m: orbit.radius_m, rate_m_s: 0.0, steered };
+    let orbit = standoff::guidance::heading::Orbit {
+        centre,
+        centre_velocity,
+        distance_m: orbit.radius_m,
+        rate_m_s: 0.0,
+        steered,
+    };
     DesiredPath { law, orbit, speed_m_s: known.velocity.speed_m_s() }
 }
 

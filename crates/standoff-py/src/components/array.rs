@@ -14,7 +14,7 @@ use pyo3::inspect::PyStaticExpr;
 use pyo3::prelude::*;
 #[cfg(feature = "stubs")]
 use pyo3::{type_hint_identifier, type_hint_subscript};
-use standoff::research::Allowed;
+use standoff::validation::Allowed;
 use standoff::{Position, Velocity};
 
 use crate::exceptions::{InputError, StandoffError};

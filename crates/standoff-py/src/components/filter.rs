@@ -4,7 +4,9 @@ use std::sync::{Mutex, PoisonError};
 
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
-use standoff::research::{Allowed, Contribution, InformationFilter};
+use standoff::tracking::information_filter::Contribution;
+use standoff::tracking::information_filter::InformationFilter;
+use standoff::validation::Allowed;
 use standoff::{
     Angle, Covariance, Cue, Duration, Estimate, Position, RangeBearingMeasurement, TargetLabel, TargetState,
     TeamParams, Time, Track, TrackParams, Velocity,

@@ -1,7 +1,10 @@
 //! Standoff distance from the spread of a group, and turn-rate law: (15), (22-25), (28, 29).
 
 use pyo3::prelude::*;
-use standoff::research::{self, Allowed, Orbit, Ramp, Spread};
+use standoff::guidance::heading::Orbit;
+use standoff::guidance::standoff_distance::Ramp;
+use standoff::guidance::standoff_distance::Spread;
+use standoff::validation::Allowed;
 use standoff::{Angle, UavState};
 
 use super::array::{COORDINATE_M, DISTANCE_M, Given, Made, PATIENCE, RATE, Rows, common, each};
@@ -211,7 +214,7 @@ pub(crate) fn steer(
             turn_rate_rad_s: turn_rate.one(row),
             vertical: None,
         };
-        research::steer(&guidance, &team.uav, &state, &orbit, speed.one(row))
+        standoff::guidance::heading::steer(&guidance, &team.uav, &state, &orbit, speed.one(row))
     })?;
     let made = |of: fn(&standoff::Steering) -> f64| Made::of(py, &lead, &[], steerings.iter().map(of).collect());
     Ok(Steering {

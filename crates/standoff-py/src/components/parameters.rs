@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 #[cfg(feature = "stubs")]
 use pyo3::{PyTypeInfo, type_hint_union};
-use standoff::research::ParamKind;
+use standoff::params::ParamKind;
 use standoff::{LinkModel, ParamInfo, ParamValue, TeamParams};
 
 use crate::common_args::{Whole, count};

@@ -1,7 +1,8 @@
 //! Observation of a UAV for the policy: features of the team state at the current time step, scaled to similar ranges.
 //! It contains no ground truth.
 
-use standoff::research::{math, math::TAU};
+use standoff::math;
+use standoff::math::TAU;
 use standoff::{Angle, Covariance, TeamParams, UavParams};
 use standoff_record::{Frame, GroupRow, TrackRow, UavRow};
 

@@ -3,7 +3,9 @@
 use numpy::ndarray::Dimension;
 use numpy::{IntoPyArray, PyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
-use standoff::research::{Allowed, AvailableUav, CandidateGroup};
+use standoff::coordination::assignment::AvailableUav;
+use standoff::coordination::assignment::CandidateGroup;
+use standoff::validation::Allowed;
 use standoff::{
     AgentOutput, Cue, GroupedTrack, Membership, Report, TeamState as AgentTeamState, Time, TrackStatus, TrafficReport,
     UavState,

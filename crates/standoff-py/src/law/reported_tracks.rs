@@ -3,7 +3,7 @@
 use pyo3::prelude::*;
 use standoff_sim::controller::{TrackRow, TrackStatus};
 
-use standoff::research::Allowed;
+use standoff::validation::Allowed;
 
 use crate::components::array::{Given, Rows, common};
 use crate::exceptions::InputError;

@@ -7,7 +7,7 @@ use pathfinding::kuhn_munkres::kuhn_munkres;
 use pathfinding::matrix::Matrix;
 use pathfinding::undirected::connected_components::separate_components;
 use standoff::Position;
-use standoff::research::Grid;
+use standoff::grid::Grid;
 
 /// Steps of the gain per cut-off squared: the assignment is optimal to this fraction for each pair.
 const GAIN_STEPS: f64 = 1e12;

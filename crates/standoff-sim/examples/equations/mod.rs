@@ -7,10 +7,17 @@
 use core::array::from_fn;
 
 use nalgebra::Matrix3;
-use standoff::research::{
-    AutopilotModel, Centroid, Contribution, GroupCentre, InformationFilter, Orbit, Ramp, Spread, Transition, math,
-    steer,
-};
+use standoff::coordination::group_centre::Centroid;
+use standoff::coordination::group_centre::GroupCentre;
+use standoff::guidance::heading::Orbit;
+use standoff::guidance::heading::steer;
+use standoff::guidance::standoff_distance::Ramp;
+use standoff::guidance::standoff_distance::Spread;
+use standoff::math;
+use standoff::target::Transition;
+use standoff::tracking::information_filter::Contribution;
+use standoff::tracking::information_filter::InformationFilter;
+use standoff::uav::AutopilotModel;
 use standoff::{
     Angle, Command, Covariance, Displacement, Estimate, Position, RangeBearingMeasurement, TargetState, TeamParams,
     UavState, Velocity,

@@ -1,4 +1,5 @@
-use standoff::research::{Motion, math};
+use standoff::math;
+use standoff::safety::motion::Motion;
 use standoff::{Angle, ClimbParams, Position, TeamParams};
 
 use super::*;

@@ -6,7 +6,7 @@
 
 use std::sync::LazyLock;
 
-use standoff::research::math;
+use standoff::math;
 
 use super::split_mix::SplitMix64;
 

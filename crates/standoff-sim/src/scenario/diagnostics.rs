@@ -1,6 +1,6 @@
 //! Collects the errors in the values of a scenario, by key.
 
-use standoff::research::Allowed;
+use standoff::validation::Allowed;
 
 use super::number::Number;
 

@@ -8,7 +8,7 @@ mod union;
 use std::path::Path;
 
 use shapes::{BandM, Found, NAMED, Shape, TRULY_SMALL};
-use standoff::research::ZONES_MAX;
+use standoff::safety::geofence::ZONES_MAX;
 use standoff::{Geofence, Position, TeamParams, UavId, UavState, Vertical, Zone};
 use standoff_io::bounded_input;
 use standoff_io::display_text::quoted;

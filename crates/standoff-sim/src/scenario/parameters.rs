@@ -4,7 +4,7 @@ use std::fmt::Display;
 use std::sync::LazyLock;
 
 use serde::Serialize;
-use standoff::research::Allowed;
+use standoff::validation::Allowed;
 use standoff::{BankParams, ClimbParams, Law, ParamInfo, ParamValue, SeparationParams, TeamParams, WindParams};
 
 use super::number::Number;

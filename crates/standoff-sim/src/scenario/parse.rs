@@ -7,7 +7,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_path_to_error::{Path, Segment};
 use standoff::Law;
-use standoff::research::ParamKind;
+use standoff::params::ParamKind;
 use standoff_io::display_text::{did_you_mean, nearest, printable, quoted};
 use toml::{Table, Value};
 

@@ -2,7 +2,7 @@
 
 use std::fmt::Display;
 
-use standoff::research::Allowed;
+use standoff::validation::Allowed;
 
 use super::diagnostics::Problems;
 use super::number::Number;

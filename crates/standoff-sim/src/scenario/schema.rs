@@ -8,7 +8,7 @@ use schemars::generate::SchemaSettings;
 use schemars::transform::{RecursiveTransform, Transform};
 use serde_json::{Map, Value, json};
 use standoff::ParamInfo;
-use standoff::research::ParamKind;
+use standoff::params::ParamKind;
 
 use super::parameters::{DERIVED, Parameters, declared, split, tables};
 use super::schema_types::ScenarioFile;

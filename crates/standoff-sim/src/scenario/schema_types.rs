@@ -15,7 +15,8 @@ use serde::de::{self, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::json;
 use standoff::Agent;
-use standoff::research::{Allowed, ZONE_ALTITUDE_MAX_M};
+use standoff::safety::geofence::ZONE_ALTITUDE_MAX_M;
+use standoff::validation::Allowed;
 use standoff_score::BUILDING_HEIGHT_MAX_M;
 
 use super::number::{Number, as_typed, lists_as_typed};

@@ -1,7 +1,9 @@
 //! Starts of the UAVs: as listed, on a ring about the initial targets, or on orbits about groups of the initial
 //! targets.
 
-use standoff::research::{KMeans, Spread, group_count};
+use standoff::coordination::clustering::KMeans;
+use standoff::coordination::clustering::group_count;
+use standoff::guidance::standoff_distance::Spread;
 use standoff::{Angle, Displacement, Position, TeamParams, UavId, UavState, Vertical};
 
 use super::resolved::{Intruder, Targets};

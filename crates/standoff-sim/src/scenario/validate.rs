@@ -1,7 +1,7 @@
 //! Checks of a scenario beyond the range of each number. Errors point to where the value was typed, in the unit in
 //! which it was typed.
 
-use standoff::research::Allowed;
+use standoff::validation::Allowed;
 use standoff::{ParamError, TeamParams};
 use standoff_io::display_text::quoted;
 

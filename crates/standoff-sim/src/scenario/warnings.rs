@@ -1,6 +1,8 @@
 //! Warnings about settings that cannot have the effect that their keys promise.
 
-use standoff::research::{AltitudePolicy, Integrator, math};
+use standoff::math;
+use standoff::params::AltitudePolicy;
+use standoff::params::Integrator;
 use standoff::{Law, TargetParams, TeamParams};
 
 use super::resolved::{Settings, Targets};

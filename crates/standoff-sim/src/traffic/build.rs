@@ -346,7 +346,7 @@ fn to_metres(name: &str, samples: &mut [Sample], origin: Origin, times: TimeForm
 
 #[cfg(test)]
 mod tests {
-    use standoff::research::math;
+    use standoff::math;
 
     use super::*;
 

@@ -1,6 +1,6 @@
 //! Distinguishes metres from degrees by the motion of the vehicles.
 
-use standoff::research::math;
+use standoff::math;
 use standoff_io::geodesy::Unit;
 use std::ops::RangeInclusive;
 

@@ -1,6 +1,6 @@
 //! One vehicle of a traffic file: its samples and the interpolation between them.
 
-use standoff::research::math;
+use standoff::math;
 
 /// Converts microseconds to seconds, for messages.
 pub(super) fn seconds(time_us: i64) -> f64 {

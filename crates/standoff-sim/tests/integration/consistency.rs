@@ -4,7 +4,10 @@
 use std::ops::RangeInclusive;
 
 use nalgebra::{Vector2, Vector6};
-use standoff::research::{Contribution, InformationFilter, jacobian, measure};
+use standoff::sensor::jacobian;
+use standoff::sensor::measure;
+use standoff::tracking::information_filter::Contribution;
+use standoff::tracking::information_filter::InformationFilter;
 use standoff::{
     Angle, Covariance, Displacement, Duration, Estimate, Position, RangeBearingMeasurement, SensorParams, TargetParams,
     TargetState, Velocity,

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
-use standoff::research::math::{cos, sin};
+use standoff::math::{cos, sin};
 use standoff_record::Record;
 use standoff_score::FrameScorer;
 

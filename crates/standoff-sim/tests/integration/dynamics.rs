@@ -1,7 +1,8 @@
 //! Missions of banking aircraft.
 
 use crate::common::{frames, load};
-use standoff::research::{GRAVITY_M_S2, math};
+use standoff::atmosphere::GRAVITY_M_S2;
+use standoff::math;
 use standoff_record::UavRow;
 use standoff_score::{MetricSelection, Metrics};
 use standoff_sim::run::fly;

@@ -310,7 +310,7 @@ fn three_or_more_uavs_stay_evenly_spaced_around_a_moving_car() {
             assert!(metrics.standoff_error_m.unwrap() < 13.0, "{uavs} UAVs, seed {seed}: {metrics:?}");
             // Chord between neighbours on the smallest orbit. Of more than three UAVs, the doubled phases are even.
             let gaps_in_turn = if uavs > 3 { 2 * uavs } else { uavs };
-            let chord_m = 500.0 * standoff::research::math::sin(std::f64::consts::PI / f64::from(gaps_in_turn));
+            let chord_m = 500.0 * standoff::math::sin(std::f64::consts::PI / f64::from(gaps_in_turn));
             let closest_m = metrics.separation_min_same_group_m.unwrap();
             assert!(closest_m > 0.75 * chord_m, "{uavs} UAVs, seed {seed}: {closest_m} of {chord_m} m");
         }

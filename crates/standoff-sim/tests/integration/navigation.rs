@@ -1,7 +1,7 @@
 //! Missions whose UAVs do not know their own positions and headings exactly.
 
 use crate::common::{frames, load};
-use standoff::research::measure;
+use standoff::sensor::measure;
 use standoff::{Angle, Position};
 use standoff_score::{MetricSelection, Metrics};
 use standoff_sim::run::fly;

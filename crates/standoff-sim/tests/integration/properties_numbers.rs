@@ -6,7 +6,7 @@ use std::fmt;
 use nalgebra::Matrix6;
 use proptest::prelude::*;
 use standoff::Covariance;
-use standoff::research::math;
+use standoff::math;
 use standoff_record::{Frame, NO_TARGET, TrackRow};
 use standoff_score::{MetricSelection, Scorer};
 use standoff_sim::run::Mission;

@@ -11,7 +11,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::common::frames;
-use standoff::research::math::{PI, cos, hypot, sin};
+use standoff::math::{PI, cos, hypot, sin};
 use standoff_record::Frame;
 use standoff_sim::scenario::ScenarioTemplate;
 

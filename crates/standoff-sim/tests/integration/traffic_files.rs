@@ -1,6 +1,6 @@
 //! Reads whole traffic files: those of the project, and real ones of `../shared/data` if available.
 
-use standoff::research::math;
+use standoff::math;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 

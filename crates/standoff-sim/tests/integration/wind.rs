@@ -1,7 +1,7 @@
 //! Missions in wind.
 
 use crate::common::{frames, load};
-use standoff::research::math;
+use standoff::math;
 use standoff::{Angle, Position, Velocity};
 use standoff_record::{Frame, UavRow};
 use standoff_score::{MetricSelection, Metrics};

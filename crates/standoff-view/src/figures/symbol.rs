@@ -4,7 +4,7 @@ use super::style::{PX, font, ink};
 use plotters::element::ComposedElement;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
-use standoff::research::math::{TAU, cos, sin};
+use standoff::math::{TAU, cos, sin};
 
 /// Events of targets that the figures mark.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

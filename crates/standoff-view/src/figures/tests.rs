@@ -9,7 +9,7 @@ use crate::colours::{GROUPS, UAVS};
 use crate::row_fixtures::{group_row, track_row, truth_row, uav_row};
 use crate::score_fixtures::score_config;
 use plotters::style::RGBColor;
-use standoff::research::math::{PI, TAU, cos, exp, sin};
+use standoff::math::{PI, TAU, cos, exp, sin};
 use standoff::{Angle, TeammateStatus};
 use standoff_record::{AgentRow, EventRow, Frame, GroupRow, MembershipState, TeammateRow, TrackRow, UavRow};
 use standoff_score::FrameScorer;

@@ -9,7 +9,7 @@ use super::symbol::{Mark, Symbol};
 use crate::colours::GROUPS;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
-use standoff::research::math::{TAU, cos, hypot, sin};
+use standoff::math::{TAU, cos, hypot, sin};
 use standoff::{Zone, ZoneKind};
 use std::collections::BTreeSet;
 use std::iter::once;

@@ -5,7 +5,7 @@ use std::io::Write;
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use serde::Serialize;
-use standoff::research::math::hypot;
+use standoff::math::hypot;
 use standoff_record::{AgentEventRow, EventRow, Frame, IntruderRow};
 
 use super::table::{Directory, Table};

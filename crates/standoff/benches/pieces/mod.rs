@@ -8,7 +8,10 @@ mod common;
 use std::hint::black_box;
 
 use common::{OwnedScan, Team, observe_all, scan_of, step};
-use standoff::research::*;
+use standoff::message::MessageSource;
+use standoff::message::ReceivedRange;
+use standoff::tracking::information_filter::Contribution;
+use standoff::tracking::information_filter::InformationFilter;
 use standoff::*;
 
 const PERIOD: Duration = Duration::from_us(500_000);
@@ -56,7 +59,7 @@ pub fn filter() -> impl FnMut() -> InformationFilter {
     let start = *Track::from_cue(&cue, &params, Time::EPOCH).expect("the cue is valid").estimate();
     let filter = InformationFilter::new(start).expect("the covariance is positive definite");
     let uavs = [Position::from_m(400.0, 0.0), Position::from_m(0.0, 400.0)];
-    let measurements = uavs.map(|uav| (uav, research::measure(uav, Position::from_m(1.0, 2.0))));
+    let measurements = uavs.map(|uav| (uav, standoff::sensor::measure(uav, Position::from_m(1.0, 2.0))));
     move || {
         let mut filter = *black_box(&filter);
         filter.predict(&transition);
@@ -144,7 +147,7 @@ impl FleetTicks {
             let seen = (0..).zip(&positions).filter(|(_, at)| sensor.in_view(state.position, boresight, **at));
             let detections = seen.map(|(id, at)| Detection {
                 label: Some(TargetLabel(id)),
-                measurement: research::measure(state.position, *at),
+                measurement: standoff::sensor::measure(state.position, *at),
                 range_rate_m_s: None,
             });
             (Some(boresight), detections.collect())

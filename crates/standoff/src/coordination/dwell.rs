@@ -16,22 +16,20 @@ use crate::guidance::vector_field::VectorField;
 use crate::params::OrbitDirection;
 use crate::time::{Duration, Time};
 
-research_fields! {
-    /// Handoff of a target to a group that makes room for it, although its UAVs may not have the target in view yet.
-    /// [`Membership`](crate::Membership) returns both groups.
-    #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-    pub struct Handoff {
-        /// Passing group, which is still responsible for keeping the target in view; `None` if the target comes from no
-        /// group.
-        pub(crate) from: Option<GroupId>,
-        /// Receiving group.
-        pub(crate) to: GroupId,
-        /// Time at which the receiving group began to make room.
-        pub(crate) requested_at: Time,
-        /// Minimum duration T_hd, fixed at the request; zero for a target from no group.
-        #[doc(alias = "T_hd")]
-        pub(crate) dwell: Duration,
-    }
+/// Handoff of a target to a group that makes room for it, although its UAVs may not have the target in view yet.
+/// [`Membership`](crate::Membership) returns both groups.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub struct Handoff {
+    /// Passing group, which is still responsible for keeping the target in view; `None` if the target comes from no
+    /// group.
+    pub from: Option<GroupId>,
+    /// Receiving group.
+    pub to: GroupId,
+    /// Time at which the receiving group began to make room.
+    pub requested_at: Time,
+    /// Minimum duration T_hd, fixed at the request; zero for a target from no group.
+    #[doc(alias = "T_hd")]
+    pub dwell: Duration,
 }
 
 /// Time that UAVs at these positions need to reach the orbit, s, within `bounds_s`; the upper bound without UAVs.

@@ -39,10 +39,7 @@ pub struct Group {
     /// Margin d_m that is added to the spread, m.
     pub(crate) margin_m: f64,
     /// Standoff distance r_d and its rate.
-    #[cfg(feature = "research")]
     pub standoff: StandoffDistance,
-    #[cfg(not(feature = "research"))]
-    pub(crate) standoff: StandoffDistance,
     /// Radius that the UAVs steer for (22).
     pub(crate) steered: Ramp,
     /// Smallest radius at which a UAV can turn around this centre, m; infinite if the centre is as fast as a UAV can
@@ -63,10 +60,7 @@ pub struct Group {
     /// Duration since the centre became faster than the UAVs can fly.
     pub(crate) outrun_for: Duration,
     /// Smallest distance between two UAVs of the group, m.
-    #[cfg(feature = "research")]
     pub nearest_groupmate_m: Option<f64>,
-    #[cfg(not(feature = "research"))]
-    pub(crate) nearest_groupmate_m: Option<f64>,
     /// Number of members at the last assignment of UAVs.
     pub(crate) members_when_assigned: u32,
     /// Alerts that are active for the group as a whole.
@@ -135,7 +129,6 @@ impl Group {
 }
 
 /// State that records contain.
-#[cfg(feature = "research")]
 impl Group {
     /// Distance of the furthest member from the centre, and its rate.
     pub fn spread(&self) -> Spread {
@@ -419,14 +412,12 @@ impl Group {
     }
 
     /// True if some orbit satisfies every constraint: turn rate, field of view, radius bounds, sensing range.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn has_feasible_orbit(&self) -> bool {
+    pub fn has_feasible_orbit(&self) -> bool {
         self.radius_min_m <= self.radius_max_m
     }
 
     /// Returns the orbit around this group.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn orbit(&self) -> Orbit {
+    pub fn orbit(&self) -> Orbit {
         Orbit::about(&self.centre.estimate().state, &self.standoff, self.steered)
     }
 }

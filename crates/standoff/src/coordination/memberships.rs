@@ -41,8 +41,7 @@ impl Membership {
     }
 
     /// All groups of the target.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn groups(&self) -> impl Iterator<Item = GroupId> + use<> {
+    pub fn groups(&self) -> impl Iterator<Item = GroupId> + use<> {
         [self.group(), self.receiving_group()].into_iter().flatten()
     }
 }

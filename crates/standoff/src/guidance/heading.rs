@@ -71,17 +71,15 @@ impl Orbit {
     }
 }
 
-research_fields! {
-    /// An orbit and the law that leads onto it, which a UAV follows until its next decision.
-    #[derive(Debug, Clone, Copy, PartialEq)]
-    pub struct DesiredPath {
-        /// Gains of the law.
-        pub(crate) law: GuidanceParams,
-        /// Orbit at the time of the decision.
-        pub(crate) orbit: Orbit,
-        /// Ground speed, m/s.
-        pub(crate) speed_m_s: f64,
-    }
+/// An orbit and the law that leads onto it, which a UAV follows until its next decision.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DesiredPath {
+    /// Gains of the law.
+    pub law: GuidanceParams,
+    /// Orbit at the time of the decision.
+    pub orbit: Orbit,
+    /// Ground speed, m/s.
+    pub speed_m_s: f64,
 }
 
 impl DesiredPath {
@@ -101,28 +99,26 @@ impl Demand {
     }
 }
 
-research_fields! {
-    /// Output of the guidance law for one UAV, with intermediate values.
-    #[derive(Debug, Clone, Copy, PartialEq)]
-    pub struct Steering {
-        /// Desired turn rate u_omega before limits, rad/s.
-        pub(crate) turn_rate_rad_s: f64,
-        /// Desired heading psi_d (23).
-        #[doc(alias = "psi_d")]
-        pub desired_heading: Angle,
-        /// Feedforward part of the turn rate (25), rad/s.
-        pub(crate) feedforward_rad_s: f64,
-        /// Distance r from the centre, m.
-        pub centre_distance_m: f64,
-        /// Direction from the centre to the UAV.
-        pub(crate) phase: Angle,
-        /// Steered radius (22), m.
-        pub(crate) steered_radius_m: f64,
-        /// Threshold of Lemma 3.1, m2/s.
-        pub(crate) convergence_threshold_m2_s: f64,
-        /// True if the centre is too fast for the field (29).
-        pub centre_too_fast: bool,
-    }
+/// Output of the guidance law for one UAV, with intermediate values.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Steering {
+    /// Desired turn rate u_omega before limits, rad/s.
+    pub turn_rate_rad_s: f64,
+    /// Desired heading psi_d (23).
+    #[doc(alias = "psi_d")]
+    pub desired_heading: Angle,
+    /// Feedforward part of the turn rate (25), rad/s.
+    pub feedforward_rad_s: f64,
+    /// Distance r from the centre, m.
+    pub centre_distance_m: f64,
+    /// Direction from the centre to the UAV.
+    pub phase: Angle,
+    /// Steered radius (22), m.
+    pub steered_radius_m: f64,
+    /// Threshold of Lemma 3.1, m2/s.
+    pub convergence_threshold_m2_s: f64,
+    /// True if the centre is too fast for the field (29).
+    pub centre_too_fast: bool,
 }
 
 /// Returns the ground speed that results in `speed_m_s` in the frame of the law, m/s, before limits.

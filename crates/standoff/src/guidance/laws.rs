@@ -25,8 +25,7 @@ impl GuidanceParams {
     }
 
     /// Returns the lead k_rd, s, on an orbit of `radius_m` that is flown at `speed_m_s` relative to its centre.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn lead_s(&self, radius_m: f64, speed_m_s: f64) -> f64 {
+    pub fn lead_s(&self, radius_m: f64, speed_m_s: f64) -> f64 {
         self.law().lead_s(self, radius_m, speed_m_s)
     }
 }

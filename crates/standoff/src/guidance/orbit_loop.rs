@@ -25,8 +25,7 @@ use crate::time::Duration;
 impl TeamParams {
     /// Returns the spectral radius of the guidance loop on an orbit of `radius_m` around a stationary centre, if each
     /// command is held for `period`. The orbit is stable if it is below 1.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn orbit_loop_spectral_radius(&self, radius_m: f64, period: Duration) -> f64 {
+    pub fn orbit_loop_spectral_radius(&self, radius_m: f64, period: Duration) -> f64 {
         let (guidance, lag_s, dt_s) = (&self.guidance, self.uav.turn_rate_lag_s, period.s());
         let (law, k_omega) = (guidance.law(), guidance.heading_gain_1_s);
         let a = self.uav.speed_m_s / (guidance.radial_gain * radius_m);

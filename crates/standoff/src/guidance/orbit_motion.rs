@@ -36,8 +36,7 @@ use crate::target::TargetState;
 
 impl MotionParams {
     /// Returns true if orbits follow the desired values immediately.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn is_instantaneous(&self) -> bool {
+    pub fn is_instantaneous(&self) -> bool {
         self.time_constant_s <= 0.0
     }
 }
@@ -45,7 +44,9 @@ impl MotionParams {
 /// The flown orbit and its motion.
 ///
 /// ```
-/// use standoff::research::{MotionParams, OrbitMotion, Spread};
+/// use standoff::params::MotionParams;
+/// use standoff::guidance::orbit_motion::OrbitMotion;
+/// use standoff::guidance::standoff_distance::Spread;
 /// use standoff::{Position, TargetState, TeamParams, Velocity};
 ///
 /// let motion = MotionParams { time_constant_s: 1.5, acceleration_max_m_s2: 3.0, closing_speed_max_m_s: 25.0 };

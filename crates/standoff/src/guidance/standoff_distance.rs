@@ -20,7 +20,7 @@ use crate::target::TargetState;
 ///
 /// ```
 /// use standoff::TeamParams;
-/// use standoff::research::Spread;
+/// use standoff::guidance::standoff_distance::Spread;
 ///
 /// let params = TeamParams::paper();
 /// let (orbit, sensor) = (params.group.standoff, params.track.sensor);
@@ -41,8 +41,7 @@ pub struct Spread {
 
 impl Spread {
     /// Computes the spread from the furthest member and the centre.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn of(furthest: &TargetState, centre: &TargetState) -> Self {
+    pub fn of(furthest: &TargetState, centre: &TargetState) -> Self {
         let member_rel_centre = (furthest.position() - centre.position()).vector();
         let velocity_rel_centre = (furthest.velocity() - centre.velocity()).vector();
         let distance_m = (furthest.position() - centre.position()).length_m();
@@ -71,8 +70,7 @@ pub struct StandoffDistance {
 
 impl StandoffParams {
     /// Radius per metre of spread and margin for a sensor, 1 / sin((alpha_f - eps_m) / 2).
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn radius_per_spread(&self, sensor: &SensorParams) -> f64 {
+    pub fn radius_per_spread(&self, sensor: &SensorParams) -> f64 {
         // If half the remaining field of view exceeds a quarter turn, any radius keeps everything in view.
         1.0 / math::sin((0.5 * (sensor.field_of_view_rad - self.field_of_view_margin_rad)).min(0.5 * math::PI))
     }
@@ -80,8 +78,7 @@ impl StandoffParams {
     /// Computes the standoff distance for a spread, a margin d_m (m) and a sensor.
     ///
     /// Implements Eq. (15), and the clamp.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn distance(&self, spread: Spread, margin_m: f64, sensor: &SensorParams) -> StandoffDistance {
+    pub fn distance(&self, spread: Spread, margin_m: f64, sensor: &SensorParams) -> StandoffDistance {
         let per_spread = self.radius_per_spread(sensor);
         let unclamped_m = (spread.distance_m + margin_m) * per_spread;
         let distance_m = unclamped_m.clamp(self.radius_min_m, self.radius_max_m);
@@ -96,8 +93,7 @@ impl TeamParams {
     /// the centre is as fast as a UAV can fly. In wind, the speed of the centre is that relative to the air, at most.
     ///
     /// Implements Eq. (27), corrected: [`moving_centre_limit_m`].
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn turn_limit_about_m(&self, centre_speed_m_s: f64) -> f64 {
+    pub fn turn_limit_about_m(&self, centre_speed_m_s: f64) -> f64 {
         // In the air, the centre moves with its velocity minus that of the wind.
         let centre_speed_m_s = centre_speed_m_s + self.orbit_wind_m_s();
         let speed_m_s = self.orbit_speed_m_s(centre_speed_m_s);
@@ -111,8 +107,7 @@ impl TeamParams {
 
     /// Bounds of an orbit with this turn limit. With `radius_above_turn_limit`, the minimum is at least the limit, but not
     /// above r_d,max.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn orbit_bounds(&self, turn_limit_m: f64) -> StandoffParams {
+    pub fn orbit_bounds(&self, turn_limit_m: f64) -> StandoffParams {
         let bounds = self.group.standoff;
         if !self.group.radius_above_turn_limit {
             return bounds;
@@ -121,8 +116,7 @@ impl TeamParams {
     }
 
     /// Bounds of an orbit about a stationary centre.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn stationary_orbit_bounds(&self) -> StandoffParams {
+    pub fn stationary_orbit_bounds(&self) -> StandoffParams {
         self.orbit_bounds(self.turn_limit_about_m(0.0))
     }
 }

@@ -21,8 +21,7 @@ use crate::params::OrbitDirection;
 
 impl OrbitDirection {
     /// +1 anticlockwise, -1 clockwise.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn sign(self) -> f64 {
+    pub fn sign(self) -> f64 {
         match self {
             Self::Anticlockwise => 1.0,
             Self::Clockwise => -1.0,
@@ -33,7 +32,7 @@ impl OrbitDirection {
 /// A vector field that converges to the circle of radius `radius_m`.
 ///
 /// ```
-/// use standoff::{Displacement, OrbitDirection, research::VectorField};
+/// use standoff::{Displacement, OrbitDirection, standoff::guidance::vector_field::VectorField};
 ///
 /// let field = VectorField { radius_m: 400.0, radial_gain: 1.0, orbit_direction: OrbitDirection::Anticlockwise };
 /// // On the orbit the field is tangential: east of the centre it points north.

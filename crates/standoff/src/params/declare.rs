@@ -8,64 +8,61 @@ macro_rules! params {
         $(#[$about:meta])*
         struct $Struct:ident at $at:tt {
             // Structs of parameters; optional ones are absent from the presets.
-            $(parts { $($(#[$part_about:meta])* $part_vis:vis $part:ident: $Part:ident;)* })?
-            $(optional { $($(#[$optional_about:meta])* $optional_vis:vis $optional:ident: $Optional:ident;)* })?
+            $(parts { $($(#[$part_about:meta])* $part:ident: $Part:ident;)* })?
+            $(optional { $($(#[$optional_about:meta])* $optional:ident: $Optional:ident;)* })?
             // Number [letters of the paper] = presets, unit, scenario key, range, range that depends on other fields.
             $(numbers { $(
                 $(#[doc = $number_doc:literal])*
-                $number_vis:vis $number:ident $([$($letter:literal),*])? = $number_paper:expr $(=> $number_recommended:expr)?,
+                $number:ident $([$($letter:literal),*])? = $number_paper:expr $(=> $number_recommended:expr)?,
                     $unit:literal, $number_key:literal, $allowed:expr $(, |$params:ident, $range:ident| $relation:expr)?;
             )* })?
             // Options: presets, scenario key.
             $(words { $(
                 $(#[doc = $word_doc:literal])*
-                $word_vis:vis $word:ident: $Word:ident = $word_paper:ident $(=> $word_recommended:ident)?, $word_key:literal;
+                $word:ident: $Word:ident = $word_paper:ident $(=> $word_recommended:ident)?, $word_key:literal;
             )* })?
             // Switches: presets, scenario key.
             $(flags { $(
                 $(#[doc = $flag_doc:literal])*
-                $flag_vis:vis $flag:ident = $flag_paper:literal $(=> $flag_recommended:literal)?, $flag_key:literal;
+                $flag:ident = $flag_paper:literal $(=> $flag_recommended:literal)?, $flag_key:literal;
             )* })?
             // Fields that are not in the table.
-            $(others { $($(#[$other_about:meta])* $other_vis:vis $other:ident: $Other:ty = $value:expr;)* })?
+            $(others { $($(#[$other_about:meta])* $other:ident: $Other:ty = $value:expr;)* })?
             // Checks of relations between the structs in this one.
             $(relations |$self:ident, $errors:ident| $relations:block)?
         }
     )*) => {
         $(
-            research_fields! {
-                $(#[$about])*
-                #[derive(Debug, Clone, Copy, PartialEq)]
-                pub struct $Struct {
-                    $($($(#[$part_about])* $part_vis $part: $Part,)*)?
-                    $($($(#[$optional_about])* $optional_vis $optional: Option<$Optional>,)*)?
-                    $($(
-                        $(#[doc = $number_doc])*
-                        #[doc = concat!(
-                            "\n\nUnit: ", $unit, ". Range: `", stringify!($allowed), "`. Scenario key: `", $number_key,
-                            "`. Paper: `", stringify!($number_paper), "`.", $(" Recommended: `", stringify!($number_recommended), "`.")?
-                        )]
-                        $($(#[doc(alias = $letter)])*)?
-                        $number_vis $number: f64,
-                    )*)?
-                    $($(
-                        $(#[doc = $word_doc])*
-                        #[doc = concat!("\n\nScenario key: `", $word_key, "`.")]
-                        $word_vis $word: $Word,
-                    )*)?
-                    $($(
-                        $(#[doc = $flag_doc])*
-                        #[doc = concat!("\n\nScenario key: `", $flag_key, "`.")]
-                        $flag_vis $flag: bool,
-                    )*)?
-                    $($($(#[$other_about])* $other_vis $other: $Other,)*)?
-                }
+            $(#[$about])*
+            #[derive(Debug, Clone, Copy, PartialEq)]
+            pub struct $Struct {
+                $($($(#[$part_about])* pub $part: $Part,)*)?
+                $($($(#[$optional_about])* pub $optional: Option<$Optional>,)*)?
+                $($(
+                    $(#[doc = $number_doc])*
+                    #[doc = concat!(
+                        "\n\nUnit: ", $unit, ". Range: `", stringify!($allowed), "`. Scenario key: `", $number_key,
+                        "`. Paper: `", stringify!($number_paper), "`.", $(" Recommended: `", stringify!($number_recommended), "`.")?
+                    )]
+                    $($(#[doc(alias = $letter)])*)?
+                    pub $number: f64,
+                )*)?
+                $($(
+                    $(#[doc = $word_doc])*
+                    #[doc = concat!("\n\nScenario key: `", $word_key, "`.")]
+                    pub $word: $Word,
+                )*)?
+                $($(
+                    $(#[doc = $flag_doc])*
+                    #[doc = concat!("\n\nScenario key: `", $flag_key, "`.")]
+                    pub $flag: bool,
+                )*)?
+                $($($(#[$other_about])* pub $other: $Other,)*)?
             }
 
             impl $Struct {
                 /// Returns every parameter that is out of range, alone or in combination with others.
-                #[cfg_attr(feature = "research", visibility::make(pub))]
-                pub(crate) fn out_of_range(&self) -> Vec<ParamError> {
+                pub fn out_of_range(&self) -> Vec<ParamError> {
                     let mut errors = errors_of([
                         $($((stringify!($part), self.$part.out_of_range()),)*)?
                         $($((

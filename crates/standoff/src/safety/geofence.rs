@@ -39,8 +39,7 @@ pub enum ZoneKind {
 
 impl ZoneKind {
     /// Name of the kind in scenarios and records, kebab-case.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn name(self) -> &'static str {
+    pub fn name(self) -> &'static str {
         match self {
             Self::KeepOut => "keep-out",
             Self::KeepIn => "keep-in",
@@ -49,8 +48,7 @@ impl ZoneKind {
 
     /// Vertices of a regular polygon for a circle, on the safe side of it: a keep-out zone contains the circle, a keep-in
     /// zone is inside of it.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn circle(self, centre: Position, radius_m: f64, vertices: u32) -> Vec<Position> {
+    pub fn circle(self, centre: Position, radius_m: f64, vertices: u32) -> Vec<Position> {
         let half_rad = math::PI / f64::from(vertices);
         let vertex_m = match self {
             Self::KeepOut => radius_m / math::cos(half_rad),
@@ -99,21 +97,19 @@ impl ZoneSet {
     }
 }
 
-research_fields! {
-    /// Error in the zones of a geofence.
-    #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-    #[error("{position}{reason}")]
-    pub struct GeofenceError {
-        /// Index of the zone, from 0; `None` if the error concerns all zones together.
-        pub(crate) zone: Option<usize>,
-        /// Index of the vertex, from 0; `None` if the error concerns the whole zone.
-        pub(crate) vertex: Option<usize>,
-        /// Zone and vertex as text, such as `zone 1 "airfield", vertex 2: `; empty if the error concerns all zones
-        /// together.
-        pub(crate) position: String,
-        /// The error, and how to correct it.
-        pub(crate) reason: String,
-    }
+/// Error in the zones of a geofence.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{position}{reason}")]
+pub struct GeofenceError {
+    /// Index of the zone, from 0; `None` if the error concerns all zones together.
+    pub zone: Option<usize>,
+    /// Index of the vertex, from 0; `None` if the error concerns the whole zone.
+    pub vertex: Option<usize>,
+    /// Zone and vertex as text, such as `zone 1 "airfield", vertex 2: `; empty if the error concerns all zones
+    /// together.
+    pub position: String,
+    /// The error, and how to correct it.
+    pub reason: String,
 }
 
 /// Geofence: the validated zones of a team. Clones share the zones. All methods that take no altitude regard zones as
@@ -188,14 +184,12 @@ impl Geofence {
     }
 
     /// Returns true if there are no zones.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn is_empty(&self) -> bool {
+    pub fn is_empty(&self) -> bool {
         self.zones.is_empty()
     }
 
     /// The zones by ascending index, without repeated vertices, each part apart.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn zones(&self) -> impl ExactSizeIterator<Item = &Zone> {
+    pub fn zones(&self) -> impl ExactSizeIterator<Item = &Zone> {
         let mut all: Vec<&Bounded> = self.zones.iter().collect();
         all.sort_by_key(|bounded| bounded.index);
         all.into_iter().map(|bounded| &bounded.zone)
@@ -208,8 +202,7 @@ impl Geofence {
     }
 
     /// Zone of an index.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn zone(&self, number: usize) -> Option<&Zone> {
+    pub fn zone(&self, number: usize) -> Option<&Zone> {
         self.zones.iter().find(|bounded| bounded.index == number).map(|bounded| &bounded.zone)
     }
 
@@ -241,8 +234,7 @@ impl Geofence {
 
     /// Indices of the zones that an aircraft with altitudes between two, m, violates at a position, ascending. Outside
     /// the band of a keep-in zone, the aircraft violates it.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn violated_zones_between(&self, at: Position, altitudes_m: [f64; 2]) -> impl Iterator<Item = usize> {
+    pub fn violated_zones_between(&self, at: Position, altitudes_m: [f64; 2]) -> impl Iterator<Item = usize> {
         let violated = self.unions().filter(move |parts| {
             let zone = &parts[0].zone;
             match zone.kind {
@@ -255,8 +247,7 @@ impl Geofence {
 
     /// Indices of the zones that bind an aircraft with altitudes between two, m, and whose outline the straight line
     /// between two positions crosses or touches, ascending.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn crosses(&self, from: Position, to: Position, altitudes_m: [f64; 2]) -> impl Iterator<Item = usize> {
+    pub fn crosses(&self, from: Position, to: Position, altitudes_m: [f64; 2]) -> impl Iterator<Item = usize> {
         let reach_m = from.distance_m(to) + SAME_M;
         let near = move |bounded: &Bounded| bounded.zone.binds(altitudes_m) && bounded.is_near(from, reach_m);
         let meets = move |side: Side| squared_between_m2((from, to), (side.from, side.to)) == 0.0;
@@ -272,8 +263,7 @@ impl Geofence {
     }
 
     /// Returns true if a side is closer to a position than `reach_m`.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn has_side_near(&self, at: Position, reach_m: f64) -> bool {
+    pub fn has_side_near(&self, at: Position, reach_m: f64) -> bool {
         self.sides_near(at, reach_m).next().is_some()
     }
 
@@ -352,8 +342,7 @@ impl Zone {
     }
 
     /// Returns true if all altitudes between two, m, are between floor and ceiling.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn has_altitudes(&self, [low_m, high_m]: [f64; 2]) -> bool {
+    pub fn has_altitudes(&self, [low_m, high_m]: [f64; 2]) -> bool {
         let [floor_m, ceiling_m] = self.band_m();
         floor_m <= low_m && high_m <= ceiling_m
     }

@@ -114,8 +114,7 @@ impl Motion {
     }
 
     /// The motion of a UAV in a steady turn in calm air: the bank angle is that of the turn rate.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn steady(uav: &UavParams, state: &UavState) -> Self {
+    pub fn steady(uav: &UavParams, state: &UavState) -> Self {
         let bank = uav.bank.map_or(Bank::default(), |bank| {
             let angle_rad = bank.bank_rad(state.turn_rate_rad_s, state.speed_m_s);
             Bank { angle_rad, command_rad: angle_rad }
@@ -172,8 +171,7 @@ impl AutopilotModel {
     /// Returns the motion after holding `command`, relative to the air, for the time step: for a UAV that banks within its
     /// limits, otherwise by Eq. (1) or (4).
     #[inline]
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn advance(&self, from: &Motion, command: Command) -> Motion {
+    pub fn advance(&self, from: &Motion, command: Command) -> Motion {
         let (uav, time_s) = (&self.params, self.duration_s());
         let mut motion = match uav.bank {
             None => Motion { state: self.step(&from.state, command), ..*from },

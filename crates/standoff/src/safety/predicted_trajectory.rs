@@ -216,7 +216,6 @@ impl SampledTrajectory {
 }
 
 /// Minimum length of a vector that moves straight from one to another.
-#[cfg_attr(feature = "research", visibility::make(pub))]
-pub(crate) fn least_length([from, to]: [Vector2<f64>; 2]) -> f64 {
+pub fn least_length([from, to]: [Vector2<f64>; 2]) -> f64 {
     Position::ORIGIN.nearest_on_line(from.into(), to.into()).vector().norm()
 }

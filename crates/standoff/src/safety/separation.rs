@@ -46,20 +46,18 @@ const INTRUDER_AHEAD_S: f64 = 12.0;
 /// Horizontal distance within which a UAV does not climb or descend past another aircraft, in multiples of the minimum.
 pub(crate) const CLIMB_CLEAR_MINIMA: f64 = 6.0;
 
-research_fields! {
-    /// An aircraft that a UAV avoids.
-    #[derive(Debug, Clone, Copy, PartialEq)]
-    pub struct Avoidance {
-        /// The avoided aircraft; without the avoidance, the UAV would have come too near to it.
-        pub aircraft: Aircraft,
-        /// Predicted minimum distance to it without the avoidance, m.
-        pub predicted_distance_m: f64,
-        /// True if the UAV turns to the left if the conflict remains, false if to the right.
-        pub(crate) is_left: bool,
-        /// True if the UAV gives up the minimum separation for now: no command keeps it within the limits and the
-        /// geofence. The UAV flies the one that opens the distance most.
-        pub(crate) is_given_up: bool,
-    }
+/// An aircraft that a UAV avoids.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Avoidance {
+    /// The avoided aircraft; without the avoidance, the UAV would have come too near to it.
+    pub aircraft: Aircraft,
+    /// Predicted minimum distance to it without the avoidance, m.
+    pub predicted_distance_m: f64,
+    /// True if the UAV turns to the left if the conflict remains, false if to the right.
+    pub is_left: bool,
+    /// True if the UAV gives up the minimum separation for now: no command keeps it within the limits and the
+    /// geofence. The UAV flies the one that opens the distance most.
+    pub is_given_up: bool,
 }
 
 /// Maximum difference between the reported turn rate of a teammate and the one expected from its group's orbit, rad/s.

@@ -111,8 +111,7 @@ impl Geofence {
     /// between two, m, can stay within the geofence in a steady wind: a circle to the left or to the right stays clear of
     /// the outline of every zone that binds it. An [`Agent`](crate::Agent) that commands it every `period` then keeps it
     /// inside.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn can_stay_inside(
+    pub fn can_stay_inside(
         &self,
         uav: &UavParams,
         period: Duration,
@@ -126,8 +125,7 @@ impl Geofence {
 
     /// Returns the radius of the largest circle inside all keep-in zones, m, and the radius that a UAV needs in a wind,
     /// m/s, if the first is smaller. It is negative if no position is inside all of them.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn lacking_room(&self, uav: &UavParams, period: Duration, wind_m_s: f64) -> Option<[f64; 2]> {
+    pub fn lacking_room(&self, uav: &UavParams, period: Duration, wind_m_s: f64) -> Option<[f64; 2]> {
         let model = FallbackModel::over_ground(Airframe::new(*uav, wind_m_s), period.s());
         let required_m = model.nominal_circle_m() + margin_m(&model, Of::Path);
         self.lacking_room_m(required_m).map(|found_m| [found_m, required_m])

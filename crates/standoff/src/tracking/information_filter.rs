@@ -45,8 +45,7 @@ impl Contribution {
     /// Like [`Self::from_measurement`] for several measurements, each with its own UAV position, predicted target
     /// position, and weights (inverse variances) of range and bearing. Same results, but faster.
     #[inline]
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn from_measurements<const N: usize>(
+    pub fn from_measurements<const N: usize>(
         measurements: [(Position, RangeBearingMeasurement, Position); N],
         weights: [[f64; 2]; N],
     ) -> [Contribution; N] {
@@ -119,8 +118,7 @@ impl Estimate {
     }
 
     /// Covariance of the position, m2.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn position_covariance(&self) -> Matrix2<f64> {
+    pub fn position_covariance(&self) -> Matrix2<f64> {
         self.covariance.position()
     }
 
@@ -143,7 +141,12 @@ const PARTS_MAX: u32 = 6;
 /// and information matrix Y are computed on request.
 ///
 /// ```
-/// use standoff::research::*;
+/// use standoff::tracking::information_filter::Contribution;
+/// use standoff::tracking::information_filter::InformationFilter;
+/// use standoff::target::Transition;
+/// use standoff::sensor::jacobian;
+/// use standoff::sensor::measure;
+/// use standoff::math;
 /// use standoff::*;
 ///
 /// let sensor = TeamParams::paper().track.sensor;

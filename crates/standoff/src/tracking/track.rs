@@ -21,8 +21,7 @@ impl TrackParams {
     ///
     /// The acceleration standard deviation is at least 1e-6 m/s2, even for a target that never accelerates. Otherwise
     /// the acceleration variance would decay until it underflows.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn transition(&self, dt: Duration) -> Transition {
+    pub fn transition(&self, dt: Duration) -> Transition {
         TargetParams { acceleration_sd_m_s2: self.start_acceleration_sd_m_s2(), ..self.target }.transition(dt)
     }
 
@@ -89,8 +88,7 @@ impl TrackId {
     }
 
     /// Label of the target, if the track was started by a detection or cue with a label.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn label(self) -> Option<TargetLabel> {
+    pub fn label(self) -> Option<TargetLabel> {
         u32::try_from(self.0).ok().map(TargetLabel)
     }
 }
@@ -146,8 +144,7 @@ impl Track {
     }
 
     /// Starts a track from a cue, predicted to `now`; `None` if the cue is invalid or later than `now`.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn from_cue(cue: &Cue, params: &TrackParams, now: Time) -> Option<Self> {
+    pub fn from_cue(cue: &Cue, params: &TrackParams, now: Time) -> Option<Self> {
         if !cue.is_valid() || cue.time > now {
             return None;
         }
@@ -163,8 +160,7 @@ impl Track {
     /// Starts a track from the measurements of one time step, each with the position of its UAV. The first measurement
     /// initialises the track, the others update it. `None` if there is no measurement, or if the first is so much more
     /// precise in one direction than in the other that its covariance is numerically singular.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn from_measurements(
+    pub fn from_measurements(
         id: TrackId,
         measurements: impl IntoIterator<Item = (Position, RangeBearingMeasurement)>,
         params: &TrackParams,
@@ -248,8 +244,7 @@ impl Track {
 
     /// Predicts the track over a time step. A lost track does not change.
     #[inline]
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn predict(&mut self, transition: &Transition) {
+    pub fn predict(&mut self, transition: &Transition) {
         if self.is_lost() {
             self.time_since_lost = self.time_since_lost + transition.dt;
         } else {
@@ -264,8 +259,7 @@ impl Track {
     /// `should_be_seen` decides from the predicted position and its uncertainty (m) whether a sensor had the target
     /// well in view. A lost track does not change; [`Self::from_measurements`] restarts it.
     #[inline]
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn update(
+    pub fn update(
         &mut self,
         before: &Self,
         measured: Option<&Contribution>,
@@ -324,8 +318,7 @@ impl Track {
     }
 
     /// Returns true if the track is lost.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn is_lost(&self) -> bool {
+    pub fn is_lost(&self) -> bool {
         matches!(self.status, TrackStatus::Lost(_))
     }
 

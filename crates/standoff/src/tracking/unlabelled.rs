@@ -120,7 +120,6 @@ struct Tentative {
 }
 
 /// A tentative track: a target that may exist. It is in no group and causes no event.
-#[cfg(feature = "research")]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TentativeTrack {
     /// Id that the track has if it is confirmed.
@@ -177,7 +176,6 @@ impl UnlabelledTracks {
     }
 
     /// Tentative tracks, by ascending id.
-    #[cfg(feature = "research")]
     pub(crate) fn tentative(&self) -> impl Iterator<Item = TentativeTrack> {
         self.tentative.iter().map(|&Tentative { id, estimate, existence, .. }| TentativeTrack {
             id,

@@ -220,7 +220,7 @@ impl Team {
             for id in 0..self.targets {
                 let Some((position, _)) = (self.motion)(id, now) else { continue };
                 if boresight.is_some_and(|boresight| sensor.in_view(state.position, boresight, position)) {
-                    let measurement = research::measure(state.position, position);
+                    let measurement = standoff::sensor::measure(state.position, position);
                     detections.push(Detection { label: Some(TargetLabel(id)), measurement, range_rate_m_s: None });
                 }
             }

@@ -3,7 +3,8 @@
 
 use crate::common::{Team, scan_of};
 use allocation_counter::measure;
-use standoff::research::{CentreEstimate, Pointing};
+use standoff::params::CentreEstimate;
+use standoff::params::Pointing;
 use standoff::*;
 
 #[test]
@@ -98,7 +99,7 @@ fn growth_bytes(blocks: i64, steps: i64) -> Vec<i64> {
             let at = |target: u32| Position::from_m(10.0 * f64::from(target % 7), 40.0 * f64::from(target % 3));
             let of = |target| Detection {
                 label: Some(TargetLabel(target)),
-                measurement: research::measure(own.position, at(target)),
+                measurement: standoff::sensor::measure(own.position, at(target)),
                 range_rate_m_s: None,
             };
             let detections: Vec<Detection> = present(tick, 40, 100).map(of).collect();

@@ -49,7 +49,7 @@ fn error_m(uav: &Companion, end: Time, r_d_m: f64) -> f64 {
 /// Centre of the minimum enclosing circle of the vehicles, which [`TeamParams::recommended`] orbits.
 fn true_centre(now: Time) -> Position {
     let positions: Vec<_> = vehicles(now).map(|(_, position, _)| position).collect();
-    research::EnclosingCircle::of(positions.into_iter()).unwrap().centre
+    standoff::enclosing_circle::EnclosingCircle::of(positions.into_iter()).unwrap().centre
 }
 
 /// Flies a pair for two minutes. Returns the pair, and r_d and the number of measured vehicles of UAV 0 at each tick.
@@ -184,7 +184,7 @@ fn kbit_s(team: u32, lose_percent: u32) -> [f64; 2] {
             let offset = Displacement::from_polar(400.0, Angle::from_rad(heading.rad() - FRAC_PI_2));
             let position = position_of(5, 5.0) + offset;
             let own = UavState { position, heading, speed_m_s: 40.0, turn_rate_rad_s: 0.1, vertical: None };
-            let measure = |id| standoff::research::measure(position, position_of(id, 5.0));
+            let measure = |id| standoff::sensor::measure(position, position_of(id, 5.0));
             let detections: Vec<_> = (0..10)
                 .map(|id| Detection { label: Some(TargetLabel(id)), measurement: measure(id), range_rate_m_s: None })
                 .collect();

@@ -2,7 +2,12 @@
 
 use crate::common::Team;
 use crate::common::radio::{PERIOD, Radio};
-use standoff::research::*;
+use standoff::coordination::assignment::Assignment;
+use standoff::message::CommitDigest;
+use standoff::message::LogStatus;
+use standoff::message::MessageSource;
+use standoff::message::ReceivedRange;
+use standoff::message::SnapshotRequest;
 use standoff::*;
 
 /// Teammate timeout of Table I, 3 s, in periods.

@@ -4,7 +4,9 @@
 use crate::common::Draw;
 use nalgebra::{Matrix6, SMatrix, SVector, Vector6};
 use proptest::prelude::*;
-use standoff::research::*;
+use standoff::target::Transition;
+use standoff::tracking::information_filter::Contribution;
+use standoff::tracking::information_filter::InformationFilter;
 use standoff::*;
 
 /// Measurements of one time step, each with the position of its UAV.
@@ -64,7 +66,7 @@ prop_compose! {
             let look = |phase: &f64| {
                 let direction = Angle::from_rad(phase + 0.1 * t_s);
                 let uav = truth + Displacement::from_polar(radius_m * (1.0 + 0.2 * draw.next()), direction);
-                let exact = research::measure(uav, truth);
+                let exact = standoff::sensor::measure(uav, truth);
                 let bearing = exact.bearing + Angle::from_rad(1.5 * sensor.bearing_sd_rad * draw.next());
                 let measured = RangeBearingMeasurement { range_m: exact.range_m + 1.5 * range_sd_m * draw.next(), bearing };
                 (draw.next() >= 2.0 * missed - 1.0).then_some((uav, measured))
@@ -96,8 +98,8 @@ impl Problem {
     ) -> (SMatrix<f64, ROWS, 6>, SVector<f64, ROWS>, SVector<f64, ROWS>) {
         let (mut h, mut nu, mut sd) = (SMatrix::zeros(), SVector::zeros(), SVector::repeat(1.0));
         for (index, (uav, z)) in looks.iter().enumerate() {
-            let expected = research::measure(*uav, predicted);
-            let rows = research::jacobian(*uav, predicted).unwrap();
+            let expected = standoff::sensor::measure(*uav, predicted);
+            let rows = standoff::sensor::jacobian(*uav, predicted).unwrap();
             for (row, (difference, own_sd)) in [
                 (z.range_m - expected.range_m, self.sensor.range_sd_m),
                 ((z.bearing - expected.bearing).rad(), self.sensor.bearing_sd_rad),
@@ -270,7 +272,7 @@ fn a_track_of_a_target_that_never_accelerates_stays_valid_for_hours() {
     params.target.acceleration_sd_m_s2 = 0.0;
     let transition = params.transition(Duration::from_s(0.5));
     let uav = Position::from_m(-300.0, 0.0);
-    let z = research::measure(uav, Position::from_m(40.0, 30.0));
+    let z = standoff::sensor::measure(uav, Position::from_m(40.0, 30.0));
     let mut track = Track::from_measurements(TargetLabel(0).into(), [(uav, z)], &params).unwrap();
     for step in 0..20_000 {
         let before = track;
@@ -306,7 +308,7 @@ fn broken_covariances(threads: u64, steps: u64) -> u64 {
                 let mut sum = Contribution::default();
                 for phase in [0.05 * step as f64, 0.05 * step as f64 + 1.57] {
                     let uav = Position::ORIGIN + Displacement::from_polar(400.0, Angle::from_rad(phase));
-                    let exact = research::measure(uav, Position::ORIGIN);
+                    let exact = standoff::sensor::measure(uav, Position::ORIGIN);
                     let range_m = exact.range_m + 10.0 * draw.next();
                     let bearing = exact.bearing + Angle::from_rad(0.05 * draw.next());
                     sum +=

@@ -4,10 +4,17 @@ use std::collections::BTreeSet;
 
 use crate::common::{Team, observe_all, scan_of, step};
 use proptest::prelude::*;
-use standoff::research::{
-    Assignment, AssignmentLaw, AvailableUav, CandidateGroup, CentreEstimate, GroupCount, Margin, MotionParams,
-    Pointing, RemovalRule, group_count,
-};
+use standoff::coordination::assignment::Assignment;
+use standoff::coordination::assignment::AssignmentLaw;
+use standoff::coordination::assignment::AvailableUav;
+use standoff::coordination::assignment::CandidateGroup;
+use standoff::coordination::clustering::group_count;
+use standoff::params::CentreEstimate;
+use standoff::params::GroupCount;
+use standoff::params::Margin;
+use standoff::params::MotionParams;
+use standoff::params::Pointing;
+use standoff::params::RemovalRule;
 use standoff::*;
 
 /// Two groups; target 1 of the first group drives to the second group.
@@ -186,7 +193,7 @@ fn a_group_member_stays_in_view_until_a_target_in_handoff_fits_in_too() {
     };
     assert!(boresight_deg(70.0).abs() < 1e-9, "{}", boresight_deg(70.0));
     // The mean of the outermost two bearings.
-    let middle_deg = 0.5 * (research::math::atan2(280.0, 100.0) + research::math::atan2(-20.0, 300.0)).to_degrees();
+    let middle_deg = 0.5 * (standoff::math::atan2(280.0, 100.0) + standoff::math::atan2(-20.0, 300.0)).to_degrees();
     assert!((boresight_deg(90.0) - middle_deg).abs() < 1e-9, "{} {middle_deg}", boresight_deg(90.0));
 }
 
@@ -203,7 +210,7 @@ fn a_sensor_points_at_the_largest_set_of_members_that_stays_in_view() {
         [cue(0, start, (0.0, 200.0), 5.0), cue(1, start, (20.0, -180.0), 5.0), cue(2, start, (0.0, -200.0), 5.0)];
     let step = step(&mut agent, start, &own, Scan::default(), &cues);
     let boresight_deg = step.pointing_target.unwrap().boresight(own.position, Duration::ZERO).rad().to_degrees();
-    let middle_deg = -0.5 * (research::math::atan2(200.0, 100.0) + research::math::atan2(180.0, 120.0)).to_degrees();
+    let middle_deg = -0.5 * (standoff::math::atan2(200.0, 100.0) + standoff::math::atan2(180.0, 120.0)).to_degrees();
     assert!((boresight_deg - middle_deg).abs() < 1e-9, "{boresight_deg} {middle_deg}");
 }
 
@@ -290,7 +297,7 @@ proptest! {
             let scans: Vec<(Option<Angle>, Vec<Detection>)> = states.iter().zip(&pointing_target).map(|(state, look)| {
                 let boresight = look.map(|look| look.boresight(state.position, Duration::from_s(0.5)));
                 let seen = targets.iter().filter(|(_, (at, _))| boresight.is_some_and(|boresight| params.track.sensor.in_view(state.position, boresight, *at)));
-                (boresight, seen.map(|(id, (at, _))| Detection { label: Some(TargetLabel(*id)), measurement: research::measure(state.position, *at), range_rate_m_s: None }).collect())
+                (boresight, seen.map(|(id, (at, _))| Detection { label: Some(TargetLabel(*id)), measurement: standoff::sensor::measure(state.position, *at), range_rate_m_s: None }).collect())
             }).collect();
             // One UAV reports an invalid state for a while, which counts as silence.
             let mut reported = states.clone();

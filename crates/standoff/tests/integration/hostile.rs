@@ -2,7 +2,9 @@
 
 use crate::common::{Team, report, scan_of, step};
 use proptest::prelude::*;
-use standoff::research::*;
+use standoff::message::CommitDigest;
+use standoff::message::MessageSource;
+use standoff::message::ReceivedRange;
 use standoff::*;
 
 const PERIOD_US: i64 = 500_000;

@@ -2,7 +2,11 @@
 
 use crate::common::{Draw, OwnedScan};
 use proptest::prelude::*;
-use standoff::research::{CentreEstimate, Feedforward, GroupCount, Pointing, RemovalRule};
+use standoff::params::CentreEstimate;
+use standoff::params::Feedforward;
+use standoff::params::GroupCount;
+use standoff::params::Pointing;
+use standoff::params::RemovalRule;
 use standoff::*;
 
 /// An isometry of the plane: optional north-south mirroring, then a rotation around the origin, then a shift.

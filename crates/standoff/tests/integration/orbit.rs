@@ -1,7 +1,13 @@
 //! One UAV with guidance law and kinematics in a closed loop, on an exactly known orbit.
 
 use proptest::prelude::*;
-use standoff::research::*;
+use standoff::guidance::heading::Orbit;
+use standoff::guidance::heading::ground_speed_m_s;
+use standoff::guidance::heading::steer;
+use standoff::guidance::standoff_distance::Ramp;
+use standoff::guidance::standoff_distance::moving_centre_limit_m;
+use standoff::math;
+use standoff::params::Integrator;
 use standoff::*;
 
 const PERIOD_S: f64 = 0.5;

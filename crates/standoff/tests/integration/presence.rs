@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use crate::common::Team;
 use crate::common::radio::{Radio, TickMessages};
 use proptest::prelude::*;
-use standoff::research::*;
+use standoff::message::MessageSource;
 use standoff::*;
 
 /// Teammate timeout of Table I, 3 s, in periods.
