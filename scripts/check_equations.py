@@ -12,9 +12,9 @@ values. A difference is relative to the recorded value, or absolute if that is b
 deviation if that is larger; covariances: relative to the product of the two standard deviations). Exits with 1 and a
 message if a tolerance is exceeded. Needs requirements.txt.
 
-Not checked: group membership (see check_coordination.py) and track deletion (both taken as recorded), association (see check_association.py), the first estimate
-of each track (it comes from a cue, which the record does not contain), the random draws of the scenario, and UAVs
-without a group (including those that search for a lost target).
+Not checked: group membership, assignment of UAVs and track deletion (all taken as recorded), association (see
+check_association.py), the first estimate of each track (it comes from a cue, which the record does not contain), the
+random draws of the scenario, and UAVs without a group (including those that search for a lost target).
 """
 
 import json
