@@ -1,8 +1,8 @@
 //! Covariance of a target state. Only one triangle is stored, so the covariance cannot lose its symmetry.
 
-use core::ops::{AddAssign, Mul};
+use core::ops::{AddAssign, Index, IndexMut, Mul};
 
-use nalgebra::{Matrix2, Matrix6, Vector2};
+use nalgebra::{Matrix2, Matrix6, Vector2, Vector6};
 
 /// Covariance P of a state `[x, vx, ax, y, vy, ay]`: 21 of the 36 entries are stored.
 ///
@@ -23,6 +23,28 @@ impl Covariance {
     /// Creates the covariance of independent components with these variances.
     pub fn from_diagonal(variances: [f64; 6]) -> Self {
         Self::from(&Matrix6::from_diagonal(&variances.into()))
+    }
+
+    /// Returns `v v'`.
+    pub(crate) fn outer(v: &Vector6<f64>) -> Self {
+        let at = |row: usize, column: usize| Vector2::new(v[row] * v[column], v[3 + row] * v[3 + column]);
+        Self {
+            same_axis: [at(0, 0), at(0, 1), at(0, 2), at(1, 1), at(1, 2), at(2, 2)],
+            cross_axis: core::array::from_fn(|row| core::array::from_fn(|column| v[row] * v[3 + column])),
+        }
+    }
+
+    /// Returns the product with a vector.
+    pub(crate) fn times(&self, v: &Vector6<f64>) -> Vector6<f64> {
+        let mut product = Vector6::zeros();
+        for row in 0..3 {
+            for column in 0..3 {
+                let own = self.same_axis[OWN[row][column]];
+                product[row] += own.x * v[column] + self.cross_axis[row][column] * v[3 + column];
+                product[3 + row] += own.y * v[3 + column] + self.cross_axis[column][row] * v[column];
+            }
+        }
+        product
     }
 
     /// Creates a covariance from its upper triangle, row by row.
@@ -132,6 +154,28 @@ impl From<&Matrix6<f64>> for Covariance {
     }
 }
 
+/// Entry of a row and a column; both orders name the same one.
+impl Index<(usize, usize)> for Covariance {
+    type Output = f64;
+    fn index(&self, (row, column): (usize, usize)) -> &f64 {
+        match (row.min(column), row.max(column)) {
+            (east, other @ 0..3) => &self.same_axis[OWN[east][other]].x,
+            (east @ 0..3, north) => &self.cross_axis[east][north - 3],
+            (one, other) => &self.same_axis[OWN[one - 3][other - 3]].y,
+        }
+    }
+}
+
+impl IndexMut<(usize, usize)> for Covariance {
+    fn index_mut(&mut self, (row, column): (usize, usize)) -> &mut f64 {
+        match (row.min(column), row.max(column)) {
+            (east, other @ 0..3) => &mut self.same_axis[OWN[east][other]].x,
+            (east @ 0..3, north) => &mut self.cross_axis[east][north - 3],
+            (one, other) => &mut self.same_axis[OWN[one - 3][other - 3]].y,
+        }
+    }
+}
+
 impl AddAssign for Covariance {
     fn add_assign(&mut self, other: Self) {
         for (own, other) in self.same_axis.iter_mut().zip(other.same_axis) {
@@ -168,6 +212,9 @@ mod tests {
         assert_eq!((matrix[(0, 5)], matrix[(1, 1)], matrix[(2, 4)], matrix[(5, 3)]), (5.0, 6.0, 13.0, 17.0));
         assert_eq!(Covariance::from(&matrix), covariance);
         assert_eq!(covariance.position(), Matrix2::new(0.0, 3.0, 3.0, 15.0));
+        (0..36).map(|i| (i / 6, i % 6)).for_each(|index| assert_eq!(covariance[index], matrix[index]));
+        let v = Vector6::from_fn(|i, _| 1.0 - i as f64);
+        assert_eq!((covariance.times(&v), Covariance::outer(&v).matrix()), (matrix * v, v * v.transpose()));
         assert_eq!(covariance.variances(), [0.0, 6.0, 11.0, 15.0, 18.0, 20.0]);
         let diagonal = Covariance::from_diagonal([1.0, 2.0, 3.0, 4.0, 5.0, 6.0]).matrix();
         assert_eq!(diagonal, Matrix6::from_diagonal(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0].into()));

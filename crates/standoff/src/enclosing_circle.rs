@@ -10,7 +10,7 @@ use crate::frame::{Displacement, Position, Velocity};
 /// The minimum enclosing circle of a set of points.
 ///
 /// ```
-/// use standoff::{Position, standoff::enclosing_circle::EnclosingCircle};
+/// use standoff::{Position, enclosing_circle::EnclosingCircle};
 ///
 /// let points = [(0.0, 0.0), (8.0, 0.0), (3.0, 1.0), (0.0, 6.0)].map(|(x_m, y_m)| Position::from_m(x_m, y_m));
 /// let circle = EnclosingCircle::of(points.into_iter()).unwrap();

@@ -82,7 +82,7 @@ pub use target::TargetState;
 pub use team_agent::TeamAgent;
 pub use team_state::TeamState;
 pub use time::{Duration, Time};
-pub use tracking::information_filter::Estimate;
+pub use tracking::estimate::Estimate;
 pub use tracking::track::{LossReason, Track, TrackId, TrackStatus};
 pub use uav::{Aircraft, Command, UavId, UavState, Vertical};
 pub use validation::ParamError;

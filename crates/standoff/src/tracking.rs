@@ -1,8 +1,8 @@
 //! Tracking: one track per target, updated with the detections of all UAVs.
 
 pub(crate) mod association;
+pub mod estimate;
 pub(crate) mod exchange;
-pub(crate) mod gaussian;
 pub mod information_filter;
 pub(crate) mod input;
 pub(crate) mod joint_association;

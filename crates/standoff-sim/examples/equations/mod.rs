@@ -16,7 +16,6 @@ use standoff::guidance::standoff_distance::Spread;
 use standoff::math;
 use standoff::target::Transition;
 use standoff::tracking::information_filter::Contribution;
-use standoff::tracking::information_filter::InformationFilter;
 use standoff::uav::AutopilotModel;
 use standoff::{
     Angle, Command, Covariance, Displacement, Estimate, Position, RangeBearingMeasurement, TargetState, TeamParams,
@@ -68,14 +67,13 @@ impl Equations {
             let velocity = Velocity::from_m_s(8.0 + 0.8 * vx, 6.0 + 0.8 * vy);
             TargetState::new(Position::from_m(x_m, y_m), velocity, [ax, ay].map(|normal| acceleration_sd_m_s2 * normal))
         });
-        let mut filters: [InformationFilter; TARGETS] = from_fn(|target| {
+        let mut estimates: [Estimate; TARGETS] = from_fn(|target| {
             let mut state = truth[target].0;
             for row in [0, 1, 3, 4] {
                 state[row] += variances[row].sqrt() * start.normal();
             }
             (state[2], state[5]) = (0.0, 0.0);
-            let estimate = Estimate { state: TargetState(state), covariance: Covariance::from_diagonal(*variances) };
-            InformationFilter::new(estimate).expect("variances are positive")
+            Estimate { state: TargetState(state), covariance: Covariance::from_diagonal(*variances) }
         });
         let first_phase = Angle::from_rad(math::TAU * start.uniform());
         let mut uavs: [UavState; UAVS] = from_fn(|uav| {
@@ -83,17 +81,17 @@ impl Equations {
             let position = Position::ORIGIN + Displacement::from_polar(390.0, phase);
             UavState::level_flight(position, phase + Angle::from_deg(90.0), settings.team.uav.speed_m_s)
         });
-        let mut centre = GroupCentre::start(&centroid(&filters)).expect("a positive definite covariance");
+        let mut centre = GroupCentre::start(&centroid(&estimates)).expect("a positive definite covariance");
         let mut sums = [0.0; 5];
         for step in 1..=STEPS {
             for (index, state) in (0..).zip(&mut truth) {
                 *state = moved(state, transition, noise_factor, draws.at(Stream::TargetMotion, index, step));
             }
-            self.track(&mut filters, &truth, &uavs, draws, step);
-            centre = centre.advance(transition, &centroid(&filters)).expect("a positive definite covariance");
-            let orbit = self.orbit(&filters, &centre);
+            self.track(&mut estimates, &truth, &uavs, draws, step);
+            centre = centre.advance(transition, &centroid(&estimates)).expect("a positive definite covariance");
+            let orbit = self.orbit(&estimates, &centre);
             let commands = self.guide(&uavs, &orbit);
-            let errors = self.errors(&filters, &truth, &uavs, &orbit);
+            let errors = self.errors(&estimates, &truth, &uavs, &orbit);
             sums.iter_mut().zip(errors).for_each(|(sum, error)| *sum += error);
             for (uav, command) in uavs.iter_mut().zip(commands) {
                 *uav = autopilot.step(uav, command);
@@ -105,7 +103,7 @@ impl Equations {
     /// Eq. (7) to (11).
     fn track(
         &self,
-        filters: &mut [InformationFilter; TARGETS],
+        estimates: &mut [Estimate; TARGETS],
         truth: &[TargetState; TARGETS],
         uavs: &[UavState; UAVS],
         draws: Draws,
@@ -113,7 +111,7 @@ impl Equations {
     ) {
         let sensor = &self.settings.team.track.sensor;
         let weights: [f64; 2] = sensor.noise_information().diagonal().into();
-        filters.iter_mut().for_each(|filter| filter.predict(&self.transition));
+        estimates.iter_mut().for_each(|estimate| estimate.predict(&self.transition));
         let mut sums = [Contribution::default(); TARGETS];
         for (uav, UavState { position, .. }) in (0..).zip(uavs) {
             let exact = Displacement::direction_batch(truth.map(|state| state.position() - *position));
@@ -123,20 +121,20 @@ impl Equations {
                     range_m: truth[target].position().distance_m(*position) + sensor.range_sd_m * range,
                     bearing: exact[target] + Angle::from_rad(sensor.bearing_sd_rad * bearing),
                 };
-                (*position, z, filters[target].estimate().state.position())
+                (*position, z, estimates[target].state.position())
             });
             let contributions = Contribution::from_measurements(measurements, [weights; TARGETS]);
             sums.iter_mut().zip(contributions).for_each(|(sum, of_uav)| *sum += of_uav);
         }
-        filters.iter_mut().zip(&sums).for_each(|(filter, sum)| filter.update(sum));
+        estimates.iter_mut().zip(&sums).for_each(|(estimate, sum)| estimate.update(sum));
     }
 
     /// Eq. (15), (16), (22).
-    fn orbit(&self, filters: &[InformationFilter; TARGETS], centre: &GroupCentre) -> Orbit {
+    fn orbit(&self, estimates: &[Estimate; TARGETS], centre: &GroupCentre) -> Orbit {
         let TeamParams { group, guidance, track, .. } = &self.settings.team;
         let bounds = &group.standoff;
         let state = centre.estimate().state;
-        let spreads = filters.iter().map(|filter| Spread::of(&filter.estimate().state, &state));
+        let spreads = estimates.iter().map(|estimate| Spread::of(&estimate.state, &state));
         let spread = spreads.max_by(|a, b| a.distance_m.total_cmp(&b.distance_m)).expect("there are targets");
         let standoff = bounds.distance(spread, centre.innovation_distance, &track.sensor);
         let radius = Ramp { radius_m: standoff.distance_m, rate_m_s: standoff.rate_m_s };
@@ -159,14 +157,14 @@ impl Equations {
     /// Errors of one time step, in the order of [`Means`].
     fn errors(
         &self,
-        filters: &[InformationFilter; TARGETS],
+        estimates: &[Estimate; TARGETS],
         truth: &[TargetState; TARGETS],
         uavs: &[UavState; UAVS],
         orbit: &Orbit,
     ) -> Means {
         let [mut position_m, mut velocity_m_s] = [0.0; 2];
-        for (filter, state) in filters.iter().zip(truth) {
-            let estimated = filter.estimate().state;
+        for (estimate, state) in estimates.iter().zip(truth) {
+            let estimated = estimate.state;
             position_m += estimated.position().distance_m(state.position());
             velocity_m_s += (estimated.velocity() - state.velocity()).speed_m_s();
         }
@@ -184,8 +182,8 @@ impl Equations {
 }
 
 /// Section II.C.
-fn centroid(filters: &[InformationFilter; TARGETS]) -> Centroid {
-    Centroid::of(filters.iter().map(InformationFilter::estimate)).expect("there are targets")
+fn centroid(estimates: &[Estimate; TARGETS]) -> Centroid {
+    Centroid::of(estimates.iter()).expect("there are targets")
 }
 
 /// Difference of the two phases minus a quarter turn, rad: the error of Eq. (35).

@@ -7,7 +7,6 @@ use nalgebra::{Vector2, Vector6};
 use standoff::sensor::jacobian;
 use standoff::sensor::measure;
 use standoff::tracking::information_filter::Contribution;
-use standoff::tracking::information_filter::InformationFilter;
 use standoff::{
     Angle, Covariance, Displacement, Duration, Estimate, Position, RangeBearingMeasurement, SensorParams, TargetParams,
     TargetState, Velocity,
@@ -166,11 +165,8 @@ fn one_run(feed: Feed, draws: Draws) -> f64 {
     let mut truth = TargetState::new(Position::ORIGIN, velocity, [acceleration[0], acceleration[1]]);
     let mut first = truth.0 + cue.component_mul(&normals(Stream::Cue, 0, 0));
     (first[2], first[5]) = (0.0, 0.0);
-    let mut filter = InformationFilter::new(Estimate {
-        state: TargetState(first),
-        covariance: Covariance::from_diagonal(cue.component_mul(&cue).into()),
-    })
-    .unwrap();
+    let mut estimate =
+        Estimate { state: TargetState(first), covariance: Covariance::from_diagonal(cue.component_mul(&cue).into()) };
     let (mut before, mut nees) = (None, 0.0);
     for scan in 1..=200u32 {
         let noise = normals(Stream::TargetMotion, 0, u64::from(scan));
@@ -187,17 +183,17 @@ fn one_run(feed: Feed, draws: Draws) -> f64 {
             (from, RangeBearingMeasurement { range_m: exact.range_m + SENSOR.range_sd_m * noise[0], bearing })
         });
         let late = before.replace(looks[1]);
-        filter.predict(&transition);
-        let at = filter.estimate().state.position();
+        estimate.predict(&transition);
+        let at = estimate.state.position();
         let mut sum = contribution(feed, &looks[0], at);
         match feed {
             Feed::Late => late.iter().for_each(|late| sum += contribution(feed, late, at)),
             Feed::Honest | Feed::Unwrapped => sum += contribution(feed, &looks[1], at),
         }
-        filter.update(&sum);
+        estimate.update(&sum);
 
-        let error = filter.estimate().state.0 - truth.0;
-        nees += error.dot(&filter.estimate().covariance.matrix().cholesky().unwrap().solve(&error)) / 6.0;
+        let error = estimate.state.0 - truth.0;
+        nees += error.dot(&estimate.covariance.matrix().cholesky().unwrap().solve(&error)) / 6.0;
     }
     nees / 200.0
 }

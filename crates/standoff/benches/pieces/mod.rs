@@ -11,7 +11,6 @@ use common::{OwnedScan, Team, observe_all, scan_of, step};
 use standoff::message::MessageSource;
 use standoff::message::ReceivedRange;
 use standoff::tracking::information_filter::Contribution;
-use standoff::tracking::information_filter::InformationFilter;
 use standoff::*;
 
 const PERIOD: Duration = Duration::from_us(500_000);
@@ -52,25 +51,24 @@ fn cue(label: TargetLabel, position: Position) -> Cue {
 
 /// Workload: prediction of one target's filter, and an update with measurements of two UAVs, always from the same
 /// start.
-pub fn filter() -> impl FnMut() -> InformationFilter {
+pub fn filter() -> impl FnMut() -> Estimate {
     let params = TeamParams::paper().track;
     let transition = params.target.transition(PERIOD);
     let cue = cue(TargetLabel(0), Position::ORIGIN);
     let start = *Track::from_cue(&cue, &params, Time::EPOCH).expect("the cue is valid").estimate();
-    let filter = InformationFilter::new(start).expect("the covariance is positive definite");
     let uavs = [Position::from_m(400.0, 0.0), Position::from_m(0.0, 400.0)];
     let measurements = uavs.map(|uav| (uav, standoff::sensor::measure(uav, Position::from_m(1.0, 2.0))));
     move || {
-        let mut filter = *black_box(&filter);
-        filter.predict(&transition);
-        let at = filter.estimate().state.position();
+        let mut estimate = *black_box(&start);
+        estimate.predict(&transition);
+        let at = estimate.state.position();
         let mut sum = Contribution::default();
         for (uav, z) in &measurements {
             sum += Contribution::from_measurement(&params.sensor, *uav, z, at);
         }
-        filter.update(&sum);
-        assert!(filter.is_valid());
-        filter
+        estimate.update(&sum);
+        assert!(estimate.is_valid());
+        estimate
     }
 }
 

@@ -19,7 +19,7 @@ use crate::params::{CentreEstimate, CentreJump, GroupingParams, Margin, TeamPara
 use crate::safety::geofence::{Geofence, ZoneKind, ZoneSet};
 use crate::target::Transition;
 use crate::time::Duration;
-use crate::tracking::information_filter::Estimate;
+use crate::tracking::estimate::Estimate;
 use crate::tracking::track::TrackId;
 
 /// A group and its orbit at one time step.

@@ -9,7 +9,8 @@ use nalgebra::{Matrix2, Vector6};
 use crate::covariance::Covariance;
 use crate::frame::Position;
 use crate::target::{TargetState, Transition};
-use crate::tracking::information_filter::{Contribution, Estimate, InformationFilter, inverse_2};
+use crate::tracking::estimate::{Estimate, inverse_2};
+use crate::tracking::information_filter::Contribution;
 
 /// The unweighted mean of the members' estimates at one time step.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -63,7 +64,7 @@ pub(crate) fn mean_position_covariance<'a>(members: impl Iterator<Item = &'a Est
 /// Kalman filter of a group's centre.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct GroupCentre {
-    filter: InformationFilter,
+    estimate: Estimate,
     /// Squared Mahalanobis distance (16) of the last centroid from its prediction, dimensionless.
     pub innovation_distance: f64,
 }
@@ -75,9 +76,8 @@ impl GroupCentre {
     pub fn start(centroid: &Centroid) -> Option<Self> {
         let mean = centroid.mean;
         let variances = mean.covariance.matrix().diagonal().into();
-        let uncorrelated =
-            || InformationFilter::new(Estimate { covariance: Covariance::from_diagonal(variances), ..mean });
-        Some(Self { filter: InformationFilter::new(mean).or_else(uncorrelated)?, innovation_distance: 0.0 })
+        let uncorrelated = || Estimate { covariance: Covariance::from_diagonal(variances), ..mean }.checked();
+        Some(Self { estimate: mean.checked().or_else(uncorrelated)?, innovation_distance: 0.0 })
     }
 
     /// Starts the filter at the centroid with a given innovation distance.
@@ -99,36 +99,36 @@ impl GroupCentre {
     /// [Advances](Self::advance) the centre in place, given the position of the centroid and its covariance (m2).
     /// Returns false if the filter became invalid.
     pub(crate) fn follow(&mut self, transition: &Transition, measured: Position, covariance: &Matrix2<f64>) -> bool {
-        self.filter.predict(transition);
-        let predicted = self.filter.estimate();
+        self.estimate.predict(transition);
+        let predicted = &self.estimate;
         self.innovation_distance =
             mahalanobis_squared(measured, predicted.state.position(), &predicted.position_covariance());
-        self.filter.update(&Contribution::from_position(measured, covariance));
-        self.filter.is_valid()
+        self.estimate.update(&Contribution::from_position(measured, covariance));
+        self.estimate.is_valid()
     }
 
     /// Returns true if the filter is valid.
     pub(crate) fn is_valid(&self) -> bool {
-        self.filter.is_valid()
+        self.estimate.is_valid()
     }
 
     /// Shifts the centre by the jump of the centroid at a membership change, so that the jump is not treated as
     /// innovation.
     #[must_use]
     pub fn shifted(&self, by: &Vector6<f64>) -> Self {
-        Self { filter: self.filter.shifted(by), ..*self }
+        Self { estimate: self.estimate.shifted(by), ..*self }
     }
 
     /// Replaces the state of the centre and keeps the covariance.
     #[must_use]
     pub(crate) fn with_centre_at(&self, there: &TargetState) -> Self {
-        Self { filter: self.filter.moved_to(there), ..*self }
+        Self { estimate: Estimate { state: *there, ..self.estimate }, ..*self }
     }
 
     /// Mean and covariance of the centre. If the centre is not filtered, the covariance is the one at the group's
     /// creation.
     pub fn estimate(&self) -> &Estimate {
-        self.filter.estimate()
+        &self.estimate
     }
 }
 
@@ -171,7 +171,7 @@ mod tests {
         let mut upper = centroid.mean.covariance.upper_triangle();
         upper[1] = 4.0 * (1.0 + 1e-15);
         centroid.mean.covariance = Covariance::from_upper_triangle(&upper);
-        assert!(InformationFilter::new(centroid.mean).is_none());
+        assert!(centroid.mean.checked().is_none());
         let centre = GroupCentre::start(&centroid).unwrap();
         assert_eq!(centre.estimate().state, centroid.mean.state);
         assert_eq!(centre.estimate().position_covariance(), centroid.mean.position_covariance());
@@ -209,8 +209,8 @@ mod tests {
             let centroid = Centroid::of([member(f64::from(step), 0.0, 16.0)].iter()).unwrap();
             centre = centre.advance(&transition, &centroid).unwrap();
         }
-        centre.filter.predict(&transition);
-        let predicted = centre.filter.estimate().position_covariance();
+        centre.estimate.predict(&transition);
+        let predicted = centre.estimate.position_covariance();
         let full = predicted + Matrix2::identity() * 16.0;
         let one_sd = Position::from_m(full[(0, 0)].sqrt(), full[(1, 1)].sqrt());
         assert!((mahalanobis_squared(one_sd, Position::ORIGIN, &full) - 2.0).abs() < 1e-9);

@@ -4,7 +4,7 @@ use crate::coordination::dwell::Handoff;
 use crate::frame::Position;
 use crate::group_id::GroupId;
 use crate::time::{Duration, Time};
-use crate::tracking::information_filter::Estimate;
+use crate::tracking::estimate::Estimate;
 use crate::tracking::track::{Track, TrackId};
 use crate::tracking::track_table::{TrackRow, TrackTable};
 

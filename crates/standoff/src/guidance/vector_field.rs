@@ -32,7 +32,7 @@ impl OrbitDirection {
 /// A vector field that converges to the circle of radius `radius_m`.
 ///
 /// ```
-/// use standoff::{Displacement, OrbitDirection, standoff::guidance::vector_field::VectorField};
+/// use standoff::{Displacement, OrbitDirection, guidance::vector_field::VectorField};
 ///
 /// let field = VectorField { radius_m: 400.0, radial_gain: 1.0, orbit_direction: OrbitDirection::Anticlockwise };
 /// // On the orbit the field is tangential: east of the centre it points north.

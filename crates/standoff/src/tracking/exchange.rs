@@ -8,11 +8,11 @@
 //! is that of the mixture over the possible exchanges, about the mean of the track. The tracker itself continues with the
 //! estimate without exchanges.
 
-use nalgebra::{Matrix6, Vector6};
+use nalgebra::Vector6;
 
+use crate::covariance::Covariance;
 use crate::math;
-use crate::tracking::gaussian::Gaussian;
-use crate::tracking::information_filter::{Estimate, inverse_2};
+use crate::tracking::estimate::{Estimate, inverse_2};
 
 /// Distance of two tracks beyond which an exchange no longer counts, m: 1.5 times the distance up to which the simulator
 /// pairs a target with its track. Otherwise the covariances would grow without limit as the tracks part.
@@ -79,14 +79,14 @@ pub(crate) fn odds_after(known: &[(usize, f64)], other: usize, now: &[(usize, f6
 pub(crate) struct ExchangeMixture {
     odds: f64,
     /// Sum of the second moments of the other tracks about the mean of this one, by their odds.
-    second_moment: Matrix6<f64>,
+    second_moment: Covariance,
 }
 
 impl ExchangeMixture {
     /// Adds a track at a distance `between`, with the odds that it follows the target.
     pub(crate) fn add(&mut self, odds: f64, between: &Vector6<f64>) {
         self.odds += odds;
-        self.second_moment += between * between.transpose() * odds;
+        self.second_moment += Covariance::outer(between) * odds;
     }
 
     /// Estimate of the target, with the mean of its track; `None` if it cannot be that of another track.
@@ -94,9 +94,9 @@ impl ExchangeMixture {
         if self.odds <= 0.0 {
             return None;
         }
-        let mut gaussian = Gaussian::from(own);
-        gaussian.covariance += self.second_moment / (1.0 + self.odds);
-        Some(Estimate::from(&gaussian))
+        let mut mixed = *own;
+        mixed.covariance += self.second_moment * (1.0 / (1.0 + self.odds));
+        Some(mixed)
     }
 }
 
@@ -110,14 +110,15 @@ pub(crate) fn squared_distance(a: &Estimate, b: &Estimate) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::target::TargetState;
 
     /// A target at `x_m` east, known to `sd_m` and 1 m/s.
     fn estimate(x_m: f64, sd_m: f64) -> Estimate {
         let mut mean = Vector6::zeros();
         mean[0] = x_m;
         let position = sd_m * sd_m;
-        let covariance = Matrix6::from_diagonal(&Vector6::new(position, 1.0, 0.1, position, 1.0, 0.1));
-        (&Gaussian { mean, covariance }).into()
+        let covariance = Covariance::from_diagonal([position, 1.0, 0.1, position, 1.0, 0.1]);
+        Estimate { state: TargetState(mean), covariance }
     }
 
     #[test]

@@ -8,15 +8,16 @@
 //! ```
 //!
 //! H has position columns only, so the measurements of all UAVs sum to one 2x2 block and one 2-vector: a
-//! [`Contribution`]. UAVs that share the prior and add the same contributions in the same order have the same estimate.
+//! [`Contribution`]. The estimate is stored as mean and covariance; information vector y and matrix Y are computed on
+//! request. UAVs that share the prior and add the same contributions in the same order have the same estimate.
 
-use nalgebra::{Matrix2, Matrix6, Vector2, Vector6};
+use nalgebra::{Matrix2, Vector2};
 
 use crate::covariance::Covariance;
 use crate::frame::Position;
 use crate::params::{RANGE_MIN_M, SensorParams};
 use crate::sensor::{self, RangeBearingMeasurement};
-use crate::target::{TargetState, Transition};
+use crate::tracking::estimate::{Estimate, inverse_2, is_well_posed};
 
 /// Information update: the information about a target's position that the measurements of one time step add.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -101,33 +102,6 @@ impl core::ops::AddAssign for Contribution {
     }
 }
 
-/// Mean and covariance of a state, component order `[x, vx, ax, y, vy, ay]`.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Estimate {
-    /// Mean.
-    pub state: TargetState,
-    /// Covariance P.
-    pub covariance: Covariance,
-}
-
-impl Estimate {
-    /// Predicts the state over a time step.
-    pub(crate) fn predict(&mut self, transition: &Transition) {
-        self.state = transition.predict(&self.state);
-        transition.predict_covariance(&mut self.covariance);
-    }
-
-    /// Covariance of the position, m2.
-    pub fn position_covariance(&self) -> Matrix2<f64> {
-        self.covariance.position()
-    }
-
-    /// Standard deviation of the position in its most uncertain direction, m.
-    pub fn position_sd_max_m(&self) -> f64 {
-        self.covariance.position_sd_max_m()
-    }
-}
-
 /// Maximum product of the traces of a contribution's information and of the prior position covariance for which the
 /// contribution is applied in one step. The rounding error of the
 /// covariance difference grows with the cube of this product; at the maximum about four correct digits remain. A
@@ -137,71 +111,31 @@ const ONE_STEP_PRODUCT_MAX: f64 = 1e4;
 /// Maximum number of parts per direction. 10,000 to this power is beyond the precision of a double.
 const PARTS_MAX: u32 = 6;
 
-/// An extended information filter. It stores the estimate (mean and covariance); the equivalent information vector y
-/// and information matrix Y are computed on request.
-///
-/// ```
-/// use standoff::tracking::information_filter::Contribution;
-/// use standoff::tracking::information_filter::InformationFilter;
-/// use standoff::target::Transition;
-/// use standoff::sensor::jacobian;
-/// use standoff::sensor::measure;
-/// use standoff::math;
-/// use standoff::*;
-///
-/// let sensor = TeamParams::paper().track.sensor;
-/// let state = TargetState::new(Position::from_m(10.0, -5.0), Velocity::from_m_s(8.0, 0.0), [0.0, 0.0]);
-/// let covariance = Covariance::from_diagonal([400.0, 400.0, 4.0, 4.0, 0.1, 0.1]);
-/// let mut filter = InformationFilter::new(Estimate { state, covariance }).expect("the covariance is positive definite");
-/// filter.predict(&TargetParams { correlation_rate_1_s: 0.1, acceleration_sd_m_s2: 0.3 }.transition(Duration::from_s(0.5)));
-///
-/// // The contributions of two UAVs are summed; their order does not matter.
-/// let predicted = filter.estimate().state.position();
-/// let mut sum = Contribution::default();
-/// for uav in [Position::from_m(400.0, 0.0), Position::from_m(0.0, 400.0)] {
-///     let z = RangeBearingMeasurement { range_m: 400.0, bearing: (Position::from_m(0.0, 0.0) - uav).direction() };
-///     sum += Contribution::from_measurement(&sensor, uav, &z, predicted);
-/// }
-/// let before_m = filter.estimate().position_sd_max_m();
-/// filter.update(&sum);
-/// assert!(filter.is_valid() && filter.estimate().position_sd_max_m() < before_m / 2.0);
-/// ```
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct InformationFilter {
-    estimate: Estimate,
-}
-
-impl InformationFilter {
-    /// Creates a filter from an estimate; `None` unless all numbers are finite and the covariance is positive definite.
-    pub fn new(estimate: Estimate) -> Option<Self> {
-        inverse(&estimate.covariance.matrix())?;
-        let filter = Self { estimate };
-        filter.is_valid().then_some(filter)
-    }
-
-    /// Mean and covariance.
-    pub fn estimate(&self) -> &Estimate {
-        &self.estimate
-    }
-
-    /// Information vector y = Y x; `None` if Y cannot be computed numerically.
-    pub fn information_vector(&self) -> Option<Vector6<f64>> {
-        Some(self.information_matrix()? * self.estimate.state.0)
-    }
-
-    /// Information matrix Y = P^-1; `None` if it cannot be computed numerically.
-    pub fn information_matrix(&self) -> Option<Matrix6<f64>> {
-        inverse(&self.estimate.covariance.matrix())
-    }
-
-    /// Predicts the estimate over a time step.
-    ///
-    /// Implements Eq. (8), (9).
-    pub fn predict(&mut self, transition: &Transition) {
-        self.estimate.predict(transition);
-    }
-
+impl Estimate {
     /// Updates the estimate with the sum of all UAVs' contributions.
+    ///
+    /// ```
+    /// use standoff::tracking::information_filter::Contribution;
+    /// use standoff::target::Transition;
+    /// use standoff::*;
+    ///
+    /// let sensor = TeamParams::paper().track.sensor;
+    /// let state = TargetState::new(Position::from_m(10.0, -5.0), Velocity::from_m_s(8.0, 0.0), [0.0, 0.0]);
+    /// let covariance = Covariance::from_diagonal([400.0, 400.0, 4.0, 4.0, 0.1, 0.1]);
+    /// let mut estimate = Estimate { state, covariance };
+    /// estimate.predict(&TargetParams { correlation_rate_1_s: 0.1, acceleration_sd_m_s2: 0.3 }.transition(Duration::from_s(0.5)));
+    ///
+    /// // The contributions of two UAVs are summed; their order does not matter.
+    /// let predicted = estimate.state.position();
+    /// let mut sum = Contribution::default();
+    /// for uav in [Position::from_m(400.0, 0.0), Position::from_m(0.0, 400.0)] {
+    ///     let z = RangeBearingMeasurement { range_m: 400.0, bearing: (Position::from_m(0.0, 0.0) - uav).direction() };
+    ///     sum += Contribution::from_measurement(&sensor, uav, &z, predicted);
+    /// }
+    /// let before_m = estimate.position_sd_max_m();
+    /// estimate.update(&sum);
+    /// assert!(estimate.is_valid() && estimate.position_sd_max_m() < before_m / 2.0);
+    /// ```
     ///
     /// Implements Eq. (10), (11). The mean x moves by `C (1 + I A)^-1 (i - I x)`, where C are the position columns of the
     /// covariance before, A is its position block, and I and i are the contribution's information and vector.
@@ -209,7 +143,7 @@ impl InformationFilter {
         // Use one triangle for both, so that rounding in the contribution cannot make it asymmetric.
         let of = |row, column| contribution.information[(row, column)];
         let information = Matrix2::new(of(0, 0), of(0, 1), of(0, 1), of(1, 1));
-        if information.trace() * self.estimate.position_covariance().trace() > ONE_STEP_PRODUCT_MAX {
+        if information.trace() * self.position_covariance().trace() > ONE_STEP_PRODUCT_MAX {
             self.update_direction_by_direction(&information, &contribution.vector);
         } else {
             self.update_in_one_step(&information, &contribution.vector);
@@ -221,10 +155,10 @@ impl InformationFilter {
     /// the information one after the other, each in parts small enough to leave a well-conditioned covariance.
     /// Information is additive, so the result is the same.
     ///
-    /// If the result cannot be represented numerically, the filter becomes invalid (NaN).
+    /// If the result cannot be represented numerically, the estimate becomes invalid (NaN).
     #[cold]
     fn update_direction_by_direction(&mut self, information: &Matrix2<f64>, vector: &Vector2<f64>) {
-        let Estimate { state, covariance } = &mut self.estimate;
+        let Estimate { state, covariance } = self;
         let innovation = vector - information * state.position().vector();
         let directions = information.symmetric_eigen();
         let predicted = state.position().vector();
@@ -256,7 +190,7 @@ impl InformationFilter {
 
     #[inline]
     fn update_in_one_step(&mut self, information: &Matrix2<f64>, vector: &Vector2<f64>) {
-        let Estimate { state, covariance } = &mut self.estimate;
+        let Estimate { state, covariance } = self;
         let [with_x, with_y] = covariance.with_position_components();
         let damping = covariance.add_position_information(information);
         let innovation = damping * (vector - information * state.position().vector());
@@ -266,73 +200,18 @@ impl InformationFilter {
             state.0[3 + row] += moved.y;
         }
     }
-
-    /// Shifts the mean by `by` and keeps the covariance.
-    pub(crate) fn shifted(&self, by: &Vector6<f64>) -> Self {
-        Self { estimate: Estimate { state: TargetState(self.estimate.state.0 + by), ..self.estimate } }
-    }
-
-    /// Replaces the mean by `state` and keeps the covariance.
-    pub(crate) fn moved_to(&self, state: &TargetState) -> Self {
-        Self { estimate: Estimate { state: *state, ..self.estimate } }
-    }
-
-    /// Returns true if all numbers are finite and all variances are positive, so no update has exceeded the number
-    /// range.
-    pub fn is_valid(&self) -> bool {
-        let Estimate { state, covariance } = &self.estimate;
-        let is_positive =
-            [0, 3, 5].map(|i| covariance.same_axis[i]).iter().fold(true, |all, v| all & (v.x > 0.0) & (v.y > 0.0));
-        // A sum with a term that is not finite is not finite.
-        let own: Vector2<f64> = covariance.same_axis.iter().sum();
-        let across: f64 = covariance.cross_axis.as_flattened().iter().sum();
-        is_positive && (own.x + own.y + across + state.0.sum()).is_finite()
-    }
-}
-
-/// Returns true if all values are finite, without branches: all exponent bits of infinities and NaN are set, so adding
-/// one carries into the sign bit.
-fn are_finite(values: &[f64]) -> bool {
-    const ONE_IN_EXPONENT: u64 = 1 << (f64::MANTISSA_DIGITS - 1);
-    let carried = values.iter().fold(0, |any, value| any | (value.abs().to_bits() + ONE_IN_EXPONENT));
-    carried >> 63 == 0
-}
-
-/// Returns true if the covariance is positive definite by more than rounding, independent of the units.
-pub(crate) fn is_well_posed(covariance: &Matrix6<f64>) -> bool {
-    const MARGIN: f64 = 1e-13;
-    let sds = covariance.diagonal().map(f64::sqrt);
-    let correlations = Matrix6::from_fn(|row, column| {
-        covariance[(row, column)] / (sds[row] * sds[column]) - if row == column { MARGIN } else { 0.0 }
-    });
-    correlations.cholesky().is_some()
-}
-
-/// Inverse of a 2x2 covariance; `None` if it is not positive definite. Only the upper triangle is used.
-pub(crate) fn inverse_2(covariance: &Matrix2<f64>) -> Option<Matrix2<f64>> {
-    let (a, b, d) = (covariance[(0, 0)], covariance[(0, 1)], covariance[(1, 1)]);
-    let determinant = a * d - b * b;
-    (a > 0.0 && determinant > 0.0).then(|| Matrix2::new(d, -b, -b, a) / determinant)
-}
-
-/// Inverse of a symmetric positive definite matrix, exactly symmetric; `None` if the matrix is not positive definite.
-fn inverse(matrix: &Matrix6<f64>) -> Option<Matrix6<f64>> {
-    if !are_finite(matrix.as_slice()) {
-        return None;
-    }
-    let mut inverse = matrix.cholesky()?.inverse();
-    inverse.fill_lower_triangle_with_upper_triangle();
-    are_finite(inverse.as_slice()).then_some(inverse)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::covariance::Covariance;
     use crate::frame::{Displacement, Velocity};
     use crate::params::TargetParams;
+    use crate::target::{TargetState, Transition};
     use crate::time::Duration;
     use crate::{Angle, math};
-    use nalgebra::Matrix2x6;
+    use nalgebra::{Matrix2x6, Matrix6};
 
     fn sensor() -> SensorParams {
         crate::TeamParams::paper().track.sensor
@@ -378,11 +257,11 @@ mod tests {
     /// Checks Eq. (8), (9), (10), (11): same results as a Kalman filter in Joseph form over many fused steps.
     #[test]
     fn results_equal_a_kalman_filter_in_joseph_form() {
-        let mut filter = InformationFilter::new(start()).unwrap();
+        let mut estimate = start();
         let mut kalman = start();
         for step in 0..200 {
             let t = f64::from(step) * 0.5;
-            filter.predict(&transition());
+            estimate.predict(&transition());
             kalman.state = transition().predict(&kalman.state);
             transition().predict_covariance(&mut kalman.covariance);
             let truth = Position::from_m(12.0 + 4.0 * t, -30.0 + t);
@@ -396,14 +275,14 @@ mod tests {
                     (uav, RangeBearingMeasurement { range_m: exact.range_m + 9.0 * noise, bearing })
                 })
                 .collect();
-            let predicted = filter.estimate().state.position();
+            let predicted = estimate.state.position();
             let mut sum = Contribution::default();
             for (uav, z) in &measurements {
                 sum += Contribution::from_measurement(&sensor(), *uav, z, predicted);
             }
-            filter.update(&sum);
+            estimate.update(&sum);
             kalman = kalman_update(&kalman, &measurements);
-            let got = filter.estimate();
+            let got = estimate;
             assert!((got.state.0 - kalman.state.0).norm() < 1e-9 * kalman.state.0.norm(), "step {step}");
             let (got, kalman) = (got.covariance.matrix(), kalman.covariance.matrix());
             assert!((got - kalman).norm() < 1e-9 * kalman.norm(), "step {step}");
@@ -431,8 +310,8 @@ mod tests {
     /// Checks Eq. (11): the information gained by an update is the Fisher information (31).
     #[test]
     fn information_is_additive() {
-        let prior = InformationFilter::new(start()).unwrap();
-        let (uav, at) = (Position::from_m(300.0, 10.0), prior.estimate().state.position());
+        let prior = start();
+        let (uav, at) = (Position::from_m(300.0, 10.0), prior.state.position());
         let contribution = Contribution::from_measurement(&sensor(), uav, &sensor::measure(uav, at), at);
         let mut posterior = prior;
         posterior.update(&contribution);
@@ -446,54 +325,29 @@ mod tests {
     /// Checks the wrap of Eq. (10): a target due west, measured slightly beyond +-180 degrees.
     #[test]
     fn a_bearing_across_west_is_a_small_innovation() {
-        let prior = InformationFilter::new(Estimate {
-            state: TargetState::new(Position::from_m(-400.0, 1.0), Velocity::ZERO, [0.0, 0.0]),
-            ..start()
-        })
-        .unwrap();
+        let prior =
+            Estimate { state: TargetState::new(Position::from_m(-400.0, 1.0), Velocity::ZERO, [0.0, 0.0]), ..start() };
         let z = RangeBearingMeasurement { range_m: 400.0, bearing: Angle::from_deg(-179.9) };
-        let at = prior.estimate().state.position();
+        let at = prior.state.position();
         let mut posterior = prior;
         posterior.update(&Contribution::from_measurement(&sensor(), Position::ORIGIN, &z, at));
-        assert!(posterior.estimate().state.position().distance_m(at) < 2.0);
-    }
-
-    #[test]
-    fn a_single_value_that_is_not_finite_is_detected() {
-        let mut values = [0.0, -1e-310, f64::MAX, f64::MIN, -0.0, 1.0, f64::MIN_POSITIVE];
-        assert!(are_finite(&values));
-        for index in 0..values.len() {
-            for broken in [f64::INFINITY, f64::NEG_INFINITY, f64::NAN, -f64::NAN] {
-                let whole = core::mem::replace(&mut values[index], broken);
-                assert!(!are_finite(&values), "{broken}");
-                values[index] = whole;
-            }
-        }
-    }
-
-    #[test]
-    fn an_invalid_covariance_is_rejected() {
-        let mut estimate = start();
-        estimate.covariance = estimate.covariance.with_position(&Matrix2::new(-1.0, 0.0, 0.0, 1.0));
-        assert_eq!(InformationFilter::new(estimate), None);
-        estimate.covariance = estimate.covariance.with_position(&Matrix2::new(f64::NAN, 0.0, 0.0, 1.0));
-        assert_eq!(InformationFilter::new(estimate), None);
+        assert!(posterior.state.position().distance_m(at) < 2.0);
     }
 
     /// A filter that slowly loses precision looks correct for hundreds of steps and then diverges.
     #[test]
     fn the_covariance_stays_positive_over_a_long_run() {
-        let mut filter = InformationFilter::new(start()).unwrap();
+        let mut estimate = start();
         let uav = Position::from_m(400.0, 0.0);
         for step in 0..20_000 {
-            filter.predict(&transition());
+            estimate.predict(&transition());
             if step % 3 == 0 {
-                let at = filter.estimate().state.position();
+                let at = estimate.state.position();
                 let z = sensor::measure(uav, Position::from_m(3.0, 5.0));
-                filter.update(&Contribution::from_measurement(&sensor(), uav, &z, at));
+                estimate.update(&Contribution::from_measurement(&sensor(), uav, &z, at));
             }
-            assert!(filter.information_matrix().is_some(), "not positive definite, step {step}");
+            assert!(estimate.information_matrix().is_some(), "not positive definite, step {step}");
         }
-        assert!(filter.estimate().state.position().distance_m(Position::from_m(3.0, 5.0)) < 1.0);
+        assert!(estimate.state.position().distance_m(Position::from_m(3.0, 5.0)) < 1.0);
     }
 }

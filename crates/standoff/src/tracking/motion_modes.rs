@@ -6,14 +6,15 @@
 //! The probabilities of the models form a Markov chain. Between time steps, the estimates of the moving and of the
 //! manoeuvring target are merged (generalised pseudo-Bayes of first order); that of the stopped one stays apart.
 
-use nalgebra::{Matrix6, Vector6};
+use nalgebra::Matrix2;
 
+use crate::covariance::Covariance;
+use crate::frame::{Position, Velocity};
 use crate::math;
 use crate::params::{TargetParams, TrackParams};
-use crate::target::Transition;
+use crate::target::{TargetState, Transition};
 use crate::time::Duration;
-use crate::tracking::gaussian::{Gaussian, Mixture};
-use crate::tracking::information_filter::Estimate;
+use crate::tracking::estimate::{Estimate, Mixture};
 
 /// Number of models.
 pub(crate) const MODES: usize = 3;
@@ -86,7 +87,7 @@ impl MotionTransitions {
 
 /// Probability and estimate of a target under each model. A model with probability 0 is not possible.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct MotionModes([(f64, Gaussian); MODES]);
+pub(crate) struct MotionModes([(f64, Estimate); MODES]);
 
 /// What is kept between time steps, apart from the estimate over all models.
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -109,25 +110,25 @@ struct StoredStop {
 
 impl MotionModes {
     /// A target that follows the target model.
-    pub(crate) fn moving(moving: Gaussian) -> Self {
+    pub(crate) fn moving(moving: Estimate) -> Self {
         Self([(1.0, moving), (0.0, moving), (0.0, moving)])
     }
 
     /// All models with their probabilities.
-    pub(crate) fn all(&self) -> &[(f64, Gaussian); MODES] {
+    pub(crate) fn all(&self) -> &[(f64, Estimate); MODES] {
         &self.0
     }
 
     /// Mean and covariance over all models.
-    pub(crate) fn moments(&self) -> Gaussian {
+    pub(crate) fn moments(&self) -> Estimate {
         merged(&self.0).1
     }
 
     /// Replaces each model by the moments of a mixture; the weights sum to any positive number.
     pub(crate) fn replace(&mut self, by: &[Mixture; MODES]) {
-        for ((weight, gaussian), mixture) in self.0.iter_mut().zip(by) {
+        for ((weight, estimate), mixture) in self.0.iter_mut().zip(by) {
             *weight = mixture.weight();
-            *gaussian = mixture.moments().unwrap_or(*gaussian);
+            *estimate = mixture.moments().unwrap_or(*estimate);
         }
         self.normalise();
     }
@@ -155,9 +156,9 @@ impl MotionModes {
         let to_moving = (moves * (1.0 - begins) + manoeuvres * ends) * (1.0 - stopping);
 
         let stops = stopped_from(&moving);
-        let mut rests = Mixture::about(stops.mean);
+        let mut rests = Mixture::about(stops.state.0);
         rests.add(flowing * stopping, &stops);
-        let mut starts = Mixture::about(moving.mean);
+        let mut starts = Mixture::about(moving.state.0);
         starts.add(to_manoeuvring, &predicted(&moving, &transitions.manoeuvring));
         if was_stopped > 0.0 {
             starts.add(was_stopped * starting, &started_from(&stopped, transitions.acceleration_sd_m_s2));
@@ -177,12 +178,13 @@ impl MotionModes {
     /// What to keep of it; `None` if nothing.
     pub(crate) fn stored(&self) -> StoredModes {
         let (flowing, moving) = merged(&self.0[..STOPPED]);
-        let (probability, Gaussian { mean, covariance }) = &self.0[STOPPED];
+        let (probability, stopped) = &self.0[STOPPED];
+        let (at, covariance) = (stopped.state.position(), stopped.position_covariance());
         let stop = StoredStop {
             probability: *probability,
-            position: [mean[0], mean[3]],
-            covariance: [covariance[(0, 0)], covariance[(0, 3)], covariance[(3, 3)]],
-            moving: (&moving).into(),
+            position: [at.x_m(), at.y_m()],
+            covariance: [covariance[(0, 0)], covariance[(0, 1)], covariance[(1, 1)]],
+            moving,
         };
         StoredModes {
             manoeuvring: if flowing > 0.0 { self.0[MANOEUVRING].0 / flowing } else { 0.0 },
@@ -196,18 +198,14 @@ impl StoredModes {
     pub(crate) fn restored(&self, estimate: &Estimate) -> MotionModes {
         let Self { manoeuvring, stopped } = *self;
         let Some(StoredStop { probability, position, covariance: [xx, xy, yy], moving }) = stopped else {
-            let gaussian = Gaussian::from(estimate);
-            return MotionModes([(1.0 - manoeuvring, gaussian), (manoeuvring, gaussian), (0.0, gaussian)]);
+            return MotionModes([(1.0 - manoeuvring, *estimate), (manoeuvring, *estimate), (0.0, *estimate)]);
         };
-        let mut at = Gaussian { mean: Vector6::zeros(), covariance: Matrix6::zeros() };
-        (at.mean[0], at.mean[3]) = (position[0], position[1]);
-        (at.covariance[(0, 0)], at.covariance[(3, 3)]) = (xx, yy);
-        (at.covariance[(0, 3)], at.covariance[(3, 0)]) = (xy, xy);
-        let (moving, flowing) = (Gaussian::from(&moving), 1.0 - probability);
+        let at = Position::from_m(position[0], position[1]);
+        let flowing = 1.0 - probability;
         MotionModes([
             (flowing * (1.0 - manoeuvring), moving),
             (flowing * manoeuvring, moving),
-            (probability, at_rest(&at)),
+            (probability, at_rest(at, &Matrix2::new(xx, xy, xy, yy))),
         ])
     }
 
@@ -225,17 +223,17 @@ impl StoredModes {
 }
 
 /// Sum of the weights, mean and covariance over some models.
-fn merged(modes: &[(f64, Gaussian)]) -> (f64, Gaussian) {
-    let mut mixture = Mixture::about(modes[0].1.mean);
-    for (weight, gaussian) in modes.iter().filter(|(weight, _)| *weight > 0.0) {
-        mixture.add(*weight, gaussian);
+fn merged(modes: &[(f64, Estimate)]) -> (f64, Estimate) {
+    let mut mixture = Mixture::about(modes[0].1.state.0);
+    for (weight, estimate) in modes.iter().filter(|(weight, _)| *weight > 0.0) {
+        mixture.add(*weight, estimate);
     }
     (mixture.weight(), mixture.moments().unwrap_or(modes[0].1))
 }
 
 /// 1 for a target that may be at rest, falling to 0 with the speed that it has for certain.
-fn slowness(moving: &Gaussian) -> f64 {
-    let Gaussian { mean, covariance } = moving;
+fn slowness(moving: &Estimate) -> f64 {
+    let Estimate { state: TargetState(mean), covariance } = moving;
     let brakes = STOP_SPEED_M_S * STOP_SPEED_M_S;
     let [xx, yy] = [1, 4].map(|row| covariance[(row, row)] + brakes);
     let xy = covariance[(1, 4)];
@@ -244,36 +242,33 @@ fn slowness(moving: &Gaussian) -> f64 {
     math::exp(-0.5 * squared)
 }
 
-fn predicted(gaussian: &Gaussian, transition: &Transition) -> Gaussian {
-    let mut estimate = Estimate::from(gaussian);
+fn predicted(before: &Estimate, transition: &Transition) -> Estimate {
+    let mut estimate = *before;
     estimate.predict(transition);
-    (&estimate).into()
+    estimate
 }
 
-/// Estimate of a stopped target with the position of `gaussian`.
-fn at_rest(gaussian: &Gaussian) -> Gaussian {
-    let mut mean = Vector6::zeros();
-    let mut covariance = Matrix6::zeros();
-    let [velocity_sd, acceleration_sd] = STOPPED_SDS;
-    for row in [0, 3] {
-        mean[row] = gaussian.mean[row];
-        for column in [0, 3] {
-            covariance[(row, column)] = gaussian.covariance[(row, column)];
-        }
-        covariance[(row + 1, row + 1)] = velocity_sd * velocity_sd;
-        covariance[(row + 2, row + 2)] = acceleration_sd * acceleration_sd;
+/// Estimate of a stopped target at a position with this covariance, m2.
+fn at_rest(position: Position, covariance: &Matrix2<f64>) -> Estimate {
+    let [velocity, acceleration] = STOPPED_SDS.map(|sd| sd * sd);
+    let variances = [0.0, velocity, acceleration, 0.0, velocity, acceleration];
+    Estimate {
+        state: TargetState::new(position, Velocity::ZERO, [0.0, 0.0]),
+        covariance: Covariance::from_diagonal(variances).with_position(covariance),
     }
-    Gaussian { mean, covariance }
 }
 
 /// Where a target that moves now will have stopped.
-fn stopped_from(moving: &Gaussian) -> Gaussian {
-    let mut stopped = at_rest(moving);
+fn stopped_from(moving: &Estimate) -> Estimate {
+    let mut stopped = at_rest(moving.state.position(), &moving.position_covariance());
     let [after_s, sd_s] = BRAKING_S;
-    let Gaussian { mean, covariance } = moving;
+    let Estimate { state: TargetState(mean), covariance } = moving;
     for row in [0, 3] {
-        stopped.mean[row] += after_s * mean[row + 1];
-        for column in [0, 3] {
+        stopped.state.0[row] += after_s * mean[row + 1];
+        for column in [row, 3] {
+            if row == 3 && column == 3 {
+                continue;
+            }
             let of_time = sd_s * sd_s * mean[row + 1] * mean[column + 1];
             let of_velocity = after_s * after_s * covariance[(row + 1, column + 1)];
             let of_both = after_s * (covariance[(row, column + 1)] + covariance[(row + 1, column)]);
@@ -284,7 +279,7 @@ fn stopped_from(moving: &Gaussian) -> Gaussian {
 }
 
 /// Estimate of a target that starts to move.
-fn started_from(stopped: &Gaussian, acceleration_sd_m_s2: f64) -> Gaussian {
+fn started_from(stopped: &Estimate, acceleration_sd_m_s2: f64) -> Estimate {
     let mut moving = *stopped;
     for axis in [0, 3] {
         moving.covariance[(axis + 1, axis + 1)] += START_SPEED_SD_M_S * START_SPEED_SD_M_S;
@@ -297,6 +292,7 @@ fn started_from(stopped: &Gaussian, acceleration_sd_m_s2: f64) -> Gaussian {
 mod tests {
     use super::*;
     use crate::params::TeamParams;
+    use nalgebra::Vector6;
 
     fn transitions() -> MotionTransitions {
         let params = TeamParams::recommended().track;
@@ -305,7 +301,7 @@ mod tests {
 
     fn at_speed(speed_m_s: f64) -> MotionModes {
         let mean = Vector6::new(5.0, speed_m_s, 0.0, -3.0, 0.0, 0.0);
-        MotionModes::moving(Gaussian { mean, covariance: Matrix6::identity() })
+        MotionModes::moving(Estimate { state: TargetState(mean), covariance: Covariance::from_diagonal([1.0; 6]) })
     }
 
     fn probabilities(modes: &MotionModes) -> [f64; MODES] {
@@ -338,7 +334,7 @@ mod tests {
         let before = modes.all()[STOPPED].1;
         modes.predict(&transitions(), true);
         let [moving, manoeuvring, stopped] = modes.all();
-        assert_eq!((moving.0, before.mean), (0.0, stopped.1.mean));
+        assert_eq!((moving.0, before.state), (0.0, stopped.1.state));
         assert!((manoeuvring.0 - (1.0 - math::exp(-START_RATE_1_S * 0.5))).abs() < 1e-12);
         assert!(manoeuvring.1.covariance[(1, 1)] > 4.0 && stopped.1.covariance[(1, 1)] < 0.02);
     }
@@ -350,15 +346,13 @@ mod tests {
         modes.predict(&transitions(), true);
         let stored = modes.stored();
         assert!(stored.is_valid());
-        let restored = stored.restored(&Estimate::from(&modes.moments()));
+        let restored = stored.restored(&modes.moments());
         let [before, after] = [&modes, &restored].map(probabilities);
         assert!(before.iter().zip(after).all(|(a, b)| (a - b).abs() < 1e-12));
         let [before, after] = [&modes, &restored].map(MotionModes::moments);
-        assert!((before.mean - after.mean).norm() < 1e-9 && (before.covariance - after.covariance).norm() < 1e-9);
-        assert_eq!(
-            StoredModes::default().restored(&Estimate::from(&before)),
-            MotionModes::moving(Gaussian::from(&Estimate::from(&before)))
-        );
+        let matrices = [before, after].map(|of| of.covariance.matrix());
+        assert!((before.state.0 - after.state.0).norm() < 1e-9 && (matrices[0] - matrices[1]).norm() < 1e-9);
+        assert_eq!(StoredModes::default().restored(&before), MotionModes::moving(before));
     }
 
     #[test]

@@ -27,7 +27,8 @@ use crate::frame::{Displacement, Position};
 use crate::math::{self, PI, TAU};
 use crate::params::SensorParams;
 use crate::sensor::{self, RangeBearingMeasurement};
-use crate::tracking::information_filter::{Contribution, Estimate, InformationFilter, inverse_2};
+use crate::tracking::estimate::{Estimate, inverse_2};
+use crate::tracking::information_filter::Contribution;
 
 /// Variance of the predicted position, as a fraction of its squared distance from the UAV, up to which the error of the
 /// linearisation is negligible: less than 0.1 % of any variance.
@@ -118,16 +119,13 @@ impl NearMeasurement {
 
     /// Updates an estimate with the measurement linearised at the predicted position.
     fn linearised(&self, estimate: &mut Estimate) {
-        if let Some(mut filter) = InformationFilter::new(*estimate) {
-            let predicted = estimate.state.position();
-            let [range, bearing] = self.variances;
-            let rows = sensor::jacobian_rows(self.uav.distance_m(predicted), predicted - self.uav);
-            let [of_range, of_bearing] = rows.map(|row| row.dot(&(self.uav_covariance * row)));
-            let weights = [range + of_range, bearing + of_bearing].map(f64::recip);
-            let [contribution] = Contribution::from_measurements([(self.uav, self.measurement, predicted)], [weights]);
-            filter.update(&contribution);
-            *estimate = *filter.estimate();
-        }
+        let predicted = estimate.state.position();
+        let [range, bearing] = self.variances;
+        let rows = sensor::jacobian_rows(self.uav.distance_m(predicted), predicted - self.uav);
+        let [of_range, of_bearing] = rows.map(|row| row.dot(&(self.uav_covariance * row)));
+        let weights = [range + of_range, bearing + of_bearing].map(f64::recip);
+        let [contribution] = Contribution::from_measurements([(self.uav, self.measurement, predicted)], [weights]);
+        estimate.update(&contribution);
     }
 
     /// Updates an estimate. Returns the density of the measurement, 1/(m rad); `None` if it contradicts the estimate,
@@ -336,7 +334,7 @@ mod tests {
             let change = updated.state.position().vector() - estimate.state.position().vector();
             let gain = estimate.covariance.matrix().fixed_view::<1, 1>(1, 0)[0];
             assert!(change.norm() > 0.1 && gain > 0.0 && updated.state.0[1] != estimate.state.0[1]);
-            assert!(InformationFilter::new(updated).is_some());
+            assert!(updated.checked().is_some());
         }
     }
 
@@ -470,6 +468,6 @@ mod tests {
         assert_eq!(near.update(&mut updated), None);
         assert_eq!(updated, estimate);
         near.apply(&mut updated);
-        assert!(updated != estimate && InformationFilter::new(updated).is_some());
+        assert!(updated != estimate && updated.checked().is_some());
     }
 }

@@ -9,8 +9,7 @@ use crate::math::{self, PI, TAU};
 use crate::message::{Detection, Report};
 use crate::params::{RANGE_MIN_M, SensorParams};
 use crate::sensor::{self, FALSE_ALARM_SPEED_MAX_M_S};
-use crate::tracking::gaussian::{Gaussian, LinearMeasurement, Mixture};
-use crate::tracking::information_filter::Estimate;
+use crate::tracking::estimate::{Estimate, LinearMeasurement, Mixture};
 use crate::tracking::motion_modes::{MODES, MotionModes};
 use crate::tracking::near_update::NearMeasurement;
 use crate::tracking::pose_error::{PoseError, PoseVariance};
@@ -84,7 +83,7 @@ pub(crate) struct Hit {
     /// Index of the motion model.
     pub(crate) mode: usize,
     /// Estimate of the target, if the detection is of it.
-    pub(crate) posterior: Gaussian,
+    pub(crate) posterior: Estimate,
     /// Probability of the model, times the density of the detection if the target exists.
     pub(crate) weight: f64,
 }
@@ -113,17 +112,17 @@ impl<'a> ScanModel<'a> {
         modes
             .all()
             .each_ref()
-            .map(|(probability, gaussian)| (*probability > 0.0).then(|| self.view(gaussian)).flatten())
+            .map(|(probability, estimate)| (*probability > 0.0).then(|| self.view(estimate)).flatten())
     }
 
-    fn view(&self, target: &Gaussian) -> Option<View> {
+    fn view(&self, target: &Estimate) -> Option<View> {
         let SensorParams { sensing_range_m, detection_probability, .. } = *self.sensor;
         let sd_max_m = (target.covariance[(0, 0)] + target.covariance[(3, 3)]).sqrt();
         let furthest_m = sensing_range_m + OUT_OF_VIEW_SDS * sd_max_m;
-        if self.uav.position.squared_distance_m2(position(target)) > furthest_m * furthest_m {
+        if self.uav.position.squared_distance_m2(target.state.position()) > furthest_m * furthest_m {
             return None;
         }
-        let expected = sensor::measure(self.uav.position, position(target));
+        let expected = sensor::measure(self.uav.position, target.state.position());
         let range_m = expected.range_m;
         let unit = direction(expected.bearing);
         let variance_along = |unit: &Vector2<f64>| target.project(&position_row(unit)).1.max(1e-6);
@@ -147,7 +146,7 @@ impl<'a> ScanModel<'a> {
     }
 
     /// Probability that a target is in the blind zone, and the pseudo-measurement of its radial speed if it is.
-    fn blind_probability(&self, target: &Gaussian, unit: &Vector2<f64>) -> (f64, LinearMeasurement) {
+    fn blind_probability(&self, target: &Estimate, unit: &Vector2<f64>) -> (f64, LinearMeasurement) {
         let variance = self.blind_variance;
         let blind = LinearMeasurement { h: velocity_row(unit), value: 0.0, variance, heading_derivative: 0.0 };
         if variance <= 0.0 {
@@ -181,8 +180,8 @@ impl<'a> ScanModel<'a> {
         hits: &mut Vec<Hit>,
     ) -> f64 {
         let mut density = 0.0;
-        for (mode, (view, (probability, gaussian))) in views.iter().zip(modes.all()).enumerate() {
-            if let Some((posterior, of_mode)) = view.as_ref().and_then(|view| self.hit(gaussian, view, detection)) {
+        for (mode, (view, (probability, estimate))) in views.iter().zip(modes.all()).enumerate() {
+            if let Some((posterior, of_mode)) = view.as_ref().and_then(|view| self.hit(estimate, view, detection)) {
                 density += probability * of_mode;
                 hits.push(Hit { mode, posterior, weight: probability * of_mode });
             }
@@ -191,7 +190,7 @@ impl<'a> ScanModel<'a> {
     }
 
     /// Estimate of a target conditioned on a detection, and the density of the detection if the target exists.
-    fn hit(&self, target: &Gaussian, view: &View, detection: &Detection) -> Option<(Gaussian, f64)> {
+    fn hit(&self, target: &Estimate, view: &View, detection: &Detection) -> Option<(Estimate, f64)> {
         let off_m = detection.measurement.range_m - view.range_m;
         let off_rad = (detection.measurement.bearing - view.bearing).rad();
         // Most detections are far off, and a stopped target is rarely detected; these tests are cheap.
@@ -227,7 +226,7 @@ impl<'a> ScanModel<'a> {
         if blind > 0.0 && blind < SURELY_BLIND {
             let mut stopped = posterior;
             stopped.condition(&at_zero);
-            let mut moving = Mixture::about(posterior.mean);
+            let mut moving = Mixture::about(posterior.state.0);
             moving.add(1.0, &posterior);
             moving.add(-blind, &stopped);
             posterior = moving.moments().unwrap_or(posterior);
@@ -235,29 +234,26 @@ impl<'a> ScanModel<'a> {
         Some((posterior, density * (1.0 - blind)))
     }
 
-    fn is_nonlinear(&self, target: &Gaussian) -> bool {
+    fn is_nonlinear(&self, target: &Estimate) -> bool {
         let trace_m2 = || target.covariance[(0, 0)] + target.covariance[(3, 3)];
-        self.sensor.is_nonlinear(self.uav.position, position(target), trace_m2)
+        self.sensor.is_nonlinear(self.uav.position, target.state.position(), trace_m2)
     }
 
     /// Updates a target with the range and bearing of a detection from nearby, and returns their density; `None` if they
     /// can be linearised.
-    fn update_near(&self, target: &mut Gaussian, detection: &Detection) -> Option<f64> {
+    fn update_near(&self, target: &mut Estimate, detection: &Detection) -> Option<f64> {
         if !self.is_nonlinear(target) {
             return None;
         }
-        let mut estimate = Estimate::from(&*target);
         let uav = self.uav.position;
-        let prior = || estimate.position_covariance();
-        let of_pose = self.sensor.pose_covariance(self.pose_error.as_ref(), uav, position(target), prior);
+        let prior = || target.position_covariance();
+        let of_pose = self.sensor.pose_covariance(self.pose_error.as_ref(), uav, target.state.position(), prior);
         let near = NearMeasurement::new(self.sensor, uav, detection.measurement, of_pose);
-        let density = near.update(&mut estimate)?;
-        *target = Gaussian::from(&estimate);
-        Some(density)
+        near.update(target)
     }
 
     /// Adds to a mixture the estimate of a target that was not detected, with `weight` times the probability of that.
-    pub(crate) fn add_miss(&self, target: &Gaussian, view: Option<&View>, weight: f64, mixture: &mut Mixture) {
+    pub(crate) fn add_miss(&self, target: &Estimate, view: Option<&View>, weight: f64, mixture: &mut Mixture) {
         let Some(View { if_fast, blind, unit, .. }) = view else { return mixture.add(weight, target) };
         mixture.add(weight * (1.0 - if_fast), target);
         if if_fast * blind > 0.0 {
@@ -286,7 +282,7 @@ impl<'a> ScanModel<'a> {
 
     /// Range rate of a detection, linearised about the estimate of its target; `None` if it is not measured, or if the
     /// target is certainly not in view.
-    pub(crate) fn range_rate(&self, target: &Gaussian, detection: &Detection) -> Option<LinearMeasurement> {
+    pub(crate) fn range_rate(&self, target: &Estimate, detection: &Detection) -> Option<LinearMeasurement> {
         let view = self.view(target)?;
         let measurement = self.linearised_at(target, &view, detection)[2]?;
         let Some(of_pose) = self.pose_variance(&measurement) else { return Some(measurement) };
@@ -306,19 +302,19 @@ impl<'a> ScanModel<'a> {
     }
 
     /// Linearises a detection about the estimate of a target: range, bearing and, if measured, range rate.
-    fn linearised_at(&self, target: &Gaussian, view: &View, detection: &Detection) -> [Option<LinearMeasurement>; 3] {
+    fn linearised_at(&self, target: &Estimate, view: &View, detection: &Detection) -> [Option<LinearMeasurement>; 3] {
         let SensorParams { range_sd_m, bearing_sd_rad, range_rate_sd_m_s, .. } = *self.sensor;
         let View { range_m, bearing, unit, .. } = *view;
         let z = &detection.measurement;
         let of = |h: Vector6<f64>, innovation: f64, sd: f64, heading_derivative: f64| {
-            let value = h.dot(&target.mean) + innovation;
+            let value = h.dot(&target.state.0) + innovation;
             Some(LinearMeasurement { h, value, variance: sd * sd, heading_derivative })
         };
         let range = of(position_row(&unit), z.range_m - range_m, range_sd_m, 0.0);
         let across = Vector2::new(-unit.y, unit.x) / range_m;
         let bearing = of(position_row(&across), (z.bearing - bearing).rad(), bearing_sd_rad, 1.0);
         let rate = detection.range_rate_m_s.and_then(|rate_m_s| {
-            let relative = Vector2::new(target.mean[1], target.mean[4]) - self.uav.velocity().vector();
+            let relative = target.state.velocity().vector() - self.uav.velocity().vector();
             let expected_m_s = relative.dot(&unit);
             // The rate also depends on the line of sight, and so on the position.
             let turning = (relative - unit * expected_m_s) / range_m;
@@ -328,7 +324,7 @@ impl<'a> ScanModel<'a> {
                 // Variance of the second-order term: errors along and across the line of sight turn it together.
                 let rows = [unit, Vector2::new(-unit.y, unit.x)].map(|direction| position_row(&direction));
                 let [along, mixed, across] =
-                    [(0, 0), (0, 1), (1, 1)].map(|(i, j)| rows[i].dot(&(target.covariance * rows[j])));
+                    [(0, 0), (0, 1), (1, 1)].map(|(i, j)| rows[i].dot(&target.covariance.times(&rows[j])));
                 rate.variance += turning.norm_squared() * (along * across + mixed * mixed) / (range_m * range_m);
             }
             Some(rate)
@@ -345,10 +341,6 @@ fn false_alarms_per_scan(sensor: &SensorParams) -> f64 {
 /// Probability that a detection of no known target is of a new one, and no false alarm.
 pub(crate) fn new_target_fraction(sensor: &SensorParams) -> f64 {
     sensor.new_targets_per_scan / (sensor.new_targets_per_scan + false_alarms_per_scan(sensor))
-}
-
-fn position(target: &Gaussian) -> Position {
-    Position::from_m(target.mean[0], target.mean[3])
 }
 
 /// Unit vector of a bearing.
@@ -375,10 +367,11 @@ fn normal_below(sds: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::Time;
+    use crate::covariance::Covariance;
     use crate::params::TeamParams;
     use crate::sensor::RangeBearingMeasurement;
+    use crate::target::TargetState;
     use crate::uav::UavId;
-    use nalgebra::Matrix6;
 
     fn sensor() -> SensorParams {
         let sensor = TeamParams::paper().track.sensor;
@@ -392,14 +385,14 @@ mod tests {
     }
 
     /// A target 400 m east that drives east with `speed_m_s`, known to 2 m/s.
-    fn target(speed_m_s: f64) -> Gaussian {
+    fn target(speed_m_s: f64) -> Estimate {
         let mean = Vector6::new(400.0, speed_m_s, 0.0, 0.0, 1.0, 0.0);
-        Gaussian { mean, covariance: Matrix6::from_diagonal(&Vector6::new(9.0, 4.0, 0.1, 9.0, 1.0, 0.1)) }
+        Estimate { state: TargetState(mean), covariance: Covariance::from_diagonal([9.0, 4.0, 0.1, 9.0, 1.0, 0.1]) }
     }
 
     /// Integrals over the radial speed: of the density times `probability`, and its mean and variance.
-    fn integrated(target: &Gaussian, probability: impl Fn(f64) -> f64) -> (f64, f64, f64) {
-        let (mean, variance) = (target.mean[1], target.covariance[(1, 1)]);
+    fn integrated(target: &Estimate, probability: impl Fn(f64) -> f64) -> (f64, f64, f64) {
+        let (mean, variance) = (target.state.0[1], target.covariance[(1, 1)]);
         let step = 0.002;
         let mut sums = [0.0; 3];
         for index in -10_000..10_000 {
@@ -422,11 +415,11 @@ mod tests {
             let view = model.view(&target).unwrap();
             let (total, mean, variance) = integrated(&target, |speed| 1.0 - sensor.detection_probability_at(speed));
             assert!((view.detection_probability() - (1.0 - total)).abs() < 1e-6, "{speed_m_s}");
-            let mut missed = Mixture::about(target.mean);
+            let mut missed = Mixture::about(target.state.0);
             model.add_miss(&target, Some(&view), 1.0, &mut missed);
             let moments = missed.moments().unwrap();
             assert!((missed.weight() - total).abs() < 1e-6);
-            assert!((moments.mean[1] - mean).abs() < 1e-6 && (moments.covariance[(1, 1)] - variance).abs() < 1e-6);
+            assert!((moments.state.0[1] - mean).abs() < 1e-6 && (moments.covariance[(1, 1)] - variance).abs() < 1e-6);
             // A detection at the expected place.
             let measurement = RangeBearingMeasurement { range_m: 400.0, bearing: Angle::ZERO };
             let detection = Detection { label: None, measurement, range_rate_m_s: None };
@@ -434,7 +427,9 @@ mod tests {
             let (total, mean, variance) = integrated(&target, |speed| sensor.detection_probability_at(speed));
             let [of_range, of_bearing] = view.variances;
             assert!((density - total / (TAU * (of_range * of_bearing).sqrt())).abs() < 1e-6 * density, "{speed_m_s}");
-            assert!((posterior.mean[1] - mean).abs() < 1e-6 && (posterior.covariance[(1, 1)] - variance).abs() < 1e-6);
+            assert!(
+                (posterior.state.0[1] - mean).abs() < 1e-6 && (posterior.covariance[(1, 1)] - variance).abs() < 1e-6
+            );
         }
     }
 
@@ -444,18 +439,18 @@ mod tests {
         let (sensor, report) = (sensor(), report());
         let model = ScanModel::new(&sensor, None, &report).unwrap();
         let mut target = target(5.0);
-        (target.mean[0], target.mean[3], target.mean[4]) = (300.0, 150.0, -7.0);
+        (target.state.0[0], target.state.0[3], target.state.0[4]) = (300.0, 150.0, -7.0);
         let rate = |of: &Vector6<f64>| {
             let to = Vector2::new(of[0], of[3]);
             (Vector2::new(of[1], of[4]) - Vector2::new(40.0, 0.0)).dot(&to) / to.norm()
         };
-        let measurement = sensor::measure(Position::ORIGIN, position(&target));
-        let exact = rate(&target.mean);
+        let measurement = sensor::measure(Position::ORIGIN, target.state.position());
+        let exact = rate(&target.state.0);
         let detection = Detection { label: None, measurement, range_rate_m_s: Some(exact) };
         let linear = model.range_rate(&target, &detection).unwrap();
-        assert!((linear.value - linear.h.dot(&target.mean)).abs() < 1e-9);
+        assert!((linear.value - linear.h.dot(&target.state.0)).abs() < 1e-9);
         for index in 0..6 {
-            let mut moved = target.mean;
+            let mut moved = target.state.0;
             moved[index] += 1e-4;
             assert!(((rate(&moved) - exact) / 1e-4 - linear.h[index]).abs() < 1e-6, "{index}");
         }
@@ -493,7 +488,7 @@ mod tests {
         let model = ScanModel::new(&sensor, None, &report).unwrap();
         let at = |range_m: f64| {
             let mut target = target(10.0);
-            target.mean[0] = range_m;
+            target.state.0[0] = range_m;
             model.view(&target).map_or(0.0, |view| view.in_view)
         };
         let edge_m = sensor.sensing_range_m;

@@ -13,7 +13,8 @@ use crate::params::{SensorParams, TargetParams, TrackParams};
 use crate::sensor::RangeBearingMeasurement;
 use crate::target::{TargetState, Transition};
 use crate::time::{Duration, Time};
-use crate::tracking::information_filter::{Contribution, Estimate, InformationFilter, is_well_posed};
+use crate::tracking::estimate::{Estimate, is_well_posed};
+use crate::tracking::information_filter::Contribution;
 use crate::tracking::near_update::NearMeasurement;
 
 impl TrackParams {
@@ -124,7 +125,7 @@ pub struct Track {
     label: TargetLabel,
     /// State in the life cycle.
     pub status: TrackStatus,
-    filter: InformationFilter,
+    estimate: Estimate,
     /// Accumulated time without measurements although the target should have been in view.
     missed: Duration,
     /// Time since the track was lost.
@@ -135,7 +136,7 @@ impl Track {
     /// Returns true if the filter is valid, the id matches the label and the durations are not negative.
     pub(crate) fn is_valid(&self) -> bool {
         let [missed, time_since_lost] = [self.missed, self.time_since_lost].map(|time| time >= Duration::ZERO);
-        self.filter.is_valid() && self.label == label_in(self.id) && missed && time_since_lost
+        self.estimate.is_valid() && self.label == label_in(self.id) && missed && time_since_lost
     }
 
     /// Identity of the target as reported by the sensors; `None` if the detection or cue that started the track had none.
@@ -150,11 +151,11 @@ impl Track {
         }
         let position_variance = cue.position_sd_m * cue.position_sd_m;
         let velocity_variance = cue.velocity_sd_m_s * cue.velocity_sd_m_s;
-        let mut filter = start_filter(cue.position, cue.velocity, position_variance, velocity_variance, params)?;
+        let mut estimate = start_estimate(cue.position, cue.velocity, position_variance, velocity_variance, params)?;
         if cue.time < now {
-            filter.predict(&params.transition(now - cue.time));
+            estimate.predict(&params.transition(now - cue.time));
         }
-        filter.is_valid().then_some(Self::start(TrackId::of_cue(cue), TrackStatus::Cued, filter))
+        estimate.is_valid().then_some(Self::start(TrackId::of_cue(cue), TrackStatus::Cued, estimate))
     }
 
     /// Starts a track from the measurements of one time step, each with the position of its UAV. The first measurement
@@ -169,10 +170,9 @@ impl Track {
         let (uav, first) = measurements.next()?;
         let (position, covariance) = params.sensor.to_cartesian(uav, &first);
         let velocity_variance = params.initial_velocity_sd_m_s * params.initial_velocity_sd_m_s;
-        let start = start_filter(position, Velocity::ZERO, 1.0, velocity_variance, params)?;
-        let mut estimate = *start.estimate();
+        let mut estimate = start_estimate(position, Velocity::ZERO, 1.0, velocity_variance, params)?;
         estimate.covariance = estimate.covariance.with_position(&covariance);
-        let mut filter = InformationFilter::new(estimate).filter(|_| is_well_posed(&estimate.covariance.matrix()))?;
+        let mut estimate = estimate.checked().filter(|estimate| is_well_posed(&estimate.covariance.matrix()))?;
         let (mut sum, mut near) = (Contribution::default(), Vec::new());
         for (uav, measurement) in measurements {
             if params.sensor.is_nonlinear(uav, position, || covariance.trace()) {
@@ -184,28 +184,27 @@ impl Track {
                 sum += Contribution::from_measurement(&params.sensor, uav, &measurement, position);
             }
         }
-        filter.update(&sum);
+        estimate.update(&sum);
         if !near.is_empty() {
-            let mut estimate = *filter.estimate();
             near.iter().for_each(|near| near.apply(&mut estimate));
-            filter = InformationFilter::new(estimate)?;
+            estimate = estimate.checked()?;
         }
-        filter.is_valid().then_some(Self::start(id, TrackStatus::Updated, filter))
+        estimate.is_valid().then_some(Self::start(id, TrackStatus::Updated, estimate))
     }
 
-    fn start(id: TrackId, status: TrackStatus, filter: InformationFilter) -> Self {
-        Self { id, label: label_in(id), status, filter, missed: Duration::ZERO, time_since_lost: Duration::ZERO }
+    fn start(id: TrackId, status: TrackStatus, estimate: Estimate) -> Self {
+        Self { id, label: label_in(id), status, estimate, missed: Duration::ZERO, time_since_lost: Duration::ZERO }
     }
 
     /// Track with this estimate, updated in this time step; `None` if the covariance is not positive definite.
     pub(crate) fn from_estimate(id: TrackId, estimate: Estimate) -> Option<Self> {
-        InformationFilter::new(estimate).map(|filter| Self::start(id, TrackStatus::Updated, filter))
+        Some(Self::start(id, TrackStatus::Updated, estimate.checked()?))
     }
 
     /// Replaces the estimate, unless the track is lost or the covariance is not positive definite.
     pub(crate) fn refine(&mut self, estimate: &Estimate) {
-        if let Some(filter) = InformationFilter::new(*estimate).filter(|_| !self.is_lost()) {
-            self.filter = filter;
+        if let Some(estimate) = estimate.checked().filter(|_| !self.is_lost()) {
+            self.estimate = estimate;
         }
     }
 
@@ -221,8 +220,8 @@ impl Track {
     ) -> Option<TrackChangeKind> {
         let before = self.status;
         self.missed = if detected > 0.5 { Duration::ZERO } else { self.missed + missed };
-        match InformationFilter::new(*estimate) {
-            Some(filter) => self.filter = filter,
+        match estimate.checked() {
+            Some(estimate) => self.estimate = estimate,
             None => self.status = TrackStatus::Lost(LossReason::Diverged),
         }
         self.status = match self.status {
@@ -248,7 +247,7 @@ impl Track {
         if self.is_lost() {
             self.time_since_lost = self.time_since_lost + transition.dt;
         } else {
-            self.filter.predict(transition);
+            self.estimate.predict(transition);
         }
     }
 
@@ -271,13 +270,13 @@ impl Track {
             return;
         }
         if let Some(measured) = measured {
-            self.filter.update(measured);
+            self.estimate.update(measured);
             (self.status, self.missed) = (TrackStatus::Updated, Duration::ZERO);
         } else {
             self.coast(dt, should_be_seen, params);
         }
-        if !self.filter.is_valid() {
-            (self.filter, self.status) = (before.filter, TrackStatus::Lost(LossReason::Diverged));
+        if !self.estimate.is_valid() {
+            (self.estimate, self.status) = (before.estimate, TrackStatus::Lost(LossReason::Diverged));
         }
     }
 
@@ -329,7 +328,7 @@ impl Track {
 
     /// Mean and covariance; the last ones if the track is lost.
     pub fn estimate(&self) -> &Estimate {
-        self.filter.estimate()
+        &self.estimate
     }
 }
 
@@ -338,19 +337,17 @@ fn label_in(id: TrackId) -> TargetLabel {
     id.label().unwrap_or(TargetLabel(0))
 }
 
-fn start_filter(
+fn start_estimate(
     position: Position,
     velocity: Velocity,
     position_variance: f64,
     velocity_variance: f64,
     params: &TrackParams,
-) -> Option<InformationFilter> {
+) -> Option<Estimate> {
     let sd = params.start_acceleration_sd_m_s2();
     let axis = [position_variance, velocity_variance, sd * sd];
-    InformationFilter::new(Estimate {
-        state: TargetState::new(position, velocity, [0.0, 0.0]),
-        covariance: Covariance::from_diagonal(core::array::from_fn(|i| axis[i % 3])),
-    })
+    let state = TargetState::new(position, velocity, [0.0, 0.0]);
+    Estimate { state, covariance: Covariance::from_diagonal(core::array::from_fn(|i| axis[i % 3])) }.checked()
 }
 
 #[cfg(test)]

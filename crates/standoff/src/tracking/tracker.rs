@@ -5,8 +5,7 @@ use nalgebra::Matrix2;
 use crate::sensor::NOISE_SDS_MAX;
 use crate::time::Duration;
 use crate::tracking::association::{Association, associate};
-use crate::tracking::gaussian::Gaussian;
-use crate::tracking::information_filter::{Contribution, Estimate};
+use crate::tracking::information_filter::Contribution;
 use crate::tracking::input::{DetectionIndex, Scans, TrackerInput};
 use crate::tracking::near_update::NearMeasurement;
 use crate::tracking::track::{Track, TrackChange, TrackChangeKind, TrackId, TrackStatus};
@@ -235,10 +234,10 @@ impl Tracker {
         for (track_index, _, detection) in &self.association.weighted {
             if let Some((model, detection)) = scans.with_range_rate(*detection) {
                 let track = tracks.rows_mut()[*track_index].track_mut();
-                let mut gaussian = Gaussian::from(track.estimate());
-                if let Some(rate) = model.range_rate(&gaussian, detection) {
-                    gaussian.condition(&rate);
-                    track.refine(&Estimate::from(&gaussian));
+                let mut estimate = *track.estimate();
+                if let Some(rate) = model.range_rate(&estimate, detection) {
+                    estimate.condition(&rate);
+                    track.refine(&estimate);
                 }
             }
         }

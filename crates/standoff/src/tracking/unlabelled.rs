@@ -11,9 +11,8 @@
 use crate::math;
 use crate::message::Detection;
 use crate::time::{Duration, Time};
+use crate::tracking::estimate::{Estimate, Mixture};
 use crate::tracking::exchange::{self, ExchangeMixture, exchange_probability, squared_distance};
-use crate::tracking::gaussian::{Gaussian, Mixture};
-use crate::tracking::information_filter::{Estimate, InformationFilter};
 use crate::tracking::input::TrackerInput;
 use crate::tracking::joint_association::{Edge, JointAssociation};
 use crate::tracking::motion_modes::{MotionModes, MotionTransitions, StoredModes};
@@ -197,14 +196,13 @@ impl UnlabelledTracks {
     pub(crate) fn is_valid(&self, now: Time) -> bool {
         let is_probability = |probability: f64| (0.0..=1.0).contains(&probability);
         let is_possible = |of: &Confirmed| {
-            let is_usable = of.own.is_none_or(|own| InformationFilter::new(own).is_some());
+            let is_usable = of.own.is_none_or(|own| own.checked().is_some());
             let are_odds = of.exchanges.iter().all(|(_, odds)| (0.0..=1.0).contains(odds));
             let are_sorted = of.exchanges.is_sorted_by(|a, b| a.0 < b.0);
             is_probability(of.existence) && of.modes.is_valid() && is_usable && are_odds && are_sorted
         };
-        let is_usable = |of: &Tentative| {
-            is_probability(of.existence) && of.started <= now && InformationFilter::new(of.estimate).is_some()
-        };
+        let is_usable =
+            |of: &Tentative| is_probability(of.existence) && of.started <= now && of.estimate.checked().is_some();
         self.confirmed.is_sorted_by(|a, b| a.id < b.id)
             && self.confirmed.iter().all(is_possible)
             && self.tentative.is_sorted_by(|a, b| a.id < b.id)
@@ -285,7 +283,7 @@ impl UnlabelledTracks {
         for candidate in &update.candidates {
             let Some(row) = candidate.row else { continue };
             let track = tracks.rows_mut()[row].track_mut();
-            let estimate = Estimate::from(&candidate.modes.moments());
+            let estimate = candidate.modes.moments();
             let missed = if candidate.is_in_view { input.transition.dt } else { Duration::ZERO };
             let is_improbable = |missed: Duration| candidate.existence < LOST || missed.s() > MISSED_MAX_S;
             let change = track.conclude(&estimate, candidate.detected, missed, is_improbable, input.params);
@@ -296,11 +294,11 @@ impl UnlabelledTracks {
         }
         let least_existence = DROPPED * new_target_fraction(&input.params.sensor);
         for candidate in update.candidates.iter().filter(|candidate| candidate.row.is_none()) {
-            let estimate = Estimate::from(&candidate.modes.moments());
+            let estimate = candidate.modes.moments();
             let is_old = (input.now - candidate.started).s() > TENTATIVE_MAX_S;
             if candidate.existence >= CONFIRMED {
                 self.confirm(candidate, estimate, tracks, input, changes, &mut update.rejected);
-            } else if candidate.existence >= least_existence && !is_old && InformationFilter::new(estimate).is_some() {
+            } else if candidate.existence >= least_existence && !is_old && estimate.checked().is_some() {
                 let Candidate { id, existence, started, .. } = *candidate;
                 self.tentative.push(Tentative { id, estimate, existence, started });
             }
@@ -390,7 +388,7 @@ impl UnlabelledUpdate {
     fn end_duplicates(&mut self) {
         let mut confirmed: Vec<usize> =
             (0..self.candidates.len()).filter(|index| self.candidates[*index].row.is_some()).collect();
-        let estimate = |index: &usize| Estimate::from(&self.candidates[*index].modes.moments());
+        let estimate = |index: &usize| self.candidates[*index].modes.moments();
         let estimates: Vec<Estimate> = confirmed.iter().map(estimate).collect();
         let mut pairs = exchange::close_pairs(&estimates);
         pairs.retain(|(one, other)| exchange_probability(&estimates[*one], &estimates[*other]) > INDISTINCT);
@@ -457,7 +455,7 @@ impl UnlabelledUpdate {
             });
         }
         for tentative in &state.tentative {
-            let mut modes = MotionModes::moving((&tentative.estimate).into());
+            let mut modes = MotionModes::moving(tentative.estimate);
             modes.predict(&transitions, false);
             self.candidates.push(Candidate {
                 id: tentative.id,
@@ -558,14 +556,14 @@ impl UnlabelledUpdate {
             let id = TrackId::minted([time, uav.0.into(), range, bearing, rate.unwrap_or(0), repeats]);
             let measured = (model.uav_position(), detection.measurement);
             let Some(track) = Track::from_measurements(id, [measured], input.params) else { continue };
-            let mut gaussian = Gaussian::from(track.estimate());
-            if let Some(rate) = model.range_rate(&gaussian, detection) {
-                gaussian.condition(&rate);
+            let mut estimate = *track.estimate();
+            if let Some(rate) = model.range_rate(&estimate, detection) {
+                estimate.condition(&rate);
             }
             tentative_count += 1;
             self.candidates.push(Candidate {
                 id,
-                modes: MotionModes::moving(gaussian),
+                modes: MotionModes::moving(estimate),
                 existence,
                 detected_count: 0,
                 row: None,
@@ -585,7 +583,7 @@ impl Candidate {
         let hit_probability: f64 = edges.iter().map(|edge| edge.probability).sum();
         let missed = (1.0 - hit_probability).max(0.0);
         let exists_missed = missed * self.existence * (1.0 - pd) / (1.0 - self.existence * pd).max(1e-12);
-        let mut mixtures = self.modes.all().each_ref().map(|(_, gaussian)| Mixture::about(gaussian.mean));
+        let mut mixtures = self.modes.all().each_ref().map(|(_, estimate)| Mixture::about(estimate.state.0));
         let mut start = first;
         for (edge, end) in edges.iter().zip(ends) {
             let of_edge = &hits[start..*end];
@@ -595,9 +593,9 @@ impl Candidate {
             }
             start = *end;
         }
-        for ((mixture, view), (prior, gaussian)) in mixtures.iter_mut().zip(views).zip(self.modes.all()) {
+        for ((mixture, view), (prior, estimate)) in mixtures.iter_mut().zip(views).zip(self.modes.all()) {
             let weight = exists_missed * prior / (1.0 - pd).max(1e-9);
-            model.add_miss(gaussian, view.as_ref(), weight, mixture);
+            model.add_miss(estimate, view.as_ref(), weight, mixture);
         }
         self.modes.replace(&mixtures);
         self.existence = (hit_probability + exists_missed).min(1.0);
@@ -613,7 +611,7 @@ impl Candidate {
 
 /// Probability that a target is detected in a scan, over all motion models.
 fn detection_probability(modes: &MotionModes, views: &Views) -> f64 {
-    let of_mode = |((probability, _), view): (&(f64, Gaussian), &Option<View>)| {
+    let of_mode = |((probability, _), view): (&(f64, Estimate), &Option<View>)| {
         view.as_ref().map_or(0.0, |view| probability * view.detection_probability())
     };
     modes.all().iter().zip(views).map(of_mode).sum()
@@ -622,16 +620,18 @@ fn detection_probability(modes: &MotionModes, views: &Views) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::{Matrix6, Vector6};
+    use crate::covariance::Covariance;
+    use crate::target::TargetState;
+    use nalgebra::Vector6;
 
     /// A track in the table at `x_m`, known to 5 m.
     fn candidate(row: usize, x_m: f64, existence: f64) -> Candidate {
         let mut mean = Vector6::zeros();
         mean[0] = x_m;
-        let covariance = Matrix6::from_diagonal(&Vector6::new(25.0, 1.0, 0.1, 25.0, 1.0, 0.1));
+        let covariance = Covariance::from_diagonal([25.0, 1.0, 0.1, 25.0, 1.0, 0.1]);
         Candidate {
             id: TrackId(row as u64),
-            modes: MotionModes::moving(Gaussian { mean, covariance }),
+            modes: MotionModes::moving(Estimate { state: TargetState(mean), covariance }),
             existence,
             detected_count: 0,
             row: Some(row),

@@ -6,7 +6,6 @@ use nalgebra::{Matrix6, SMatrix, SVector, Vector6};
 use proptest::prelude::*;
 use standoff::target::Transition;
 use standoff::tracking::information_filter::Contribution;
-use standoff::tracking::information_filter::InformationFilter;
 use standoff::*;
 
 /// Measurements of one time step, each with the position of its UAV.
@@ -197,14 +196,14 @@ fn least_eigenvalue_of_correlation(p: &Matrix6<f64>) -> f64 {
     correlation.symmetric_eigenvalues().min().max(f64::EPSILON)
 }
 
-fn follow(filter: &mut InformationFilter, problem: &Problem, looks: &Looks) {
-    filter.predict(&problem.transition);
-    let at = filter.estimate().state.position();
+fn follow(estimate: &mut Estimate, problem: &Problem, looks: &Looks) {
+    estimate.predict(&problem.transition);
+    let at = estimate.state.position();
     let mut sum = Contribution::default();
     for (uav, z) in looks {
         sum += Contribution::from_measurement(&problem.sensor, *uav, z, at);
     }
-    filter.update(&sum);
+    estimate.update(&sum);
 }
 
 /// Number of cases: `PROPTEST_CASES`, or 50 if it is not set. Each case runs three filters over 200 scans.
@@ -222,11 +221,11 @@ proptest! {
     #[test]
     fn information_joseph_and_square_root_forms_agree(problem in any_problem()) {
         let start = &problem.start;
-        let mut filter = InformationFilter::new(*start).unwrap();
+        let mut estimate = *start;
         let mut before = Belief { x: start.state.0, p: start.covariance.matrix() };
         for (step, looks) in problem.scans.iter().enumerate() {
-            follow(&mut filter, &problem, looks);
-            let own = Belief { x: filter.estimate().state.0, p: filter.estimate().covariance.matrix() };
+            follow(&mut estimate, &problem, looks);
+            let own = Belief { x: estimate.state.0, p: estimate.covariance.matrix() };
             let kalman = joseph(&problem, &before, looks);
             let root = square_root(&problem, &Root { x: before.x, s: root_of(&before.p) }, looks);
             let rooted = Belief { x: root.x, p: root.s * root.s.transpose() };
@@ -248,20 +247,20 @@ fn a_measurement_much_more_precise_than_the_prior_is_fully_used() {
     for bearing_deg in [0.0, 30.0, 77.0, 135.0, -100.0] {
         let axis = [1e8, 4.0, 0.04];
         let covariance = Covariance::from_diagonal(core::array::from_fn(|i| axis[i % 3]));
-        let mut filter = InformationFilter::new(Estimate { state: TargetState::default(), covariance }).unwrap();
+        let mut estimate = Estimate { state: TargetState::default(), covariance };
         let along = Displacement::from_polar(1.0, Angle::from_deg(bearing_deg)).vector();
         let uav = Position::from_m(-400.0 * along.x, -400.0 * along.y);
         let z = RangeBearingMeasurement { range_m: 407.0, bearing: Angle::from_deg(bearing_deg) };
-        filter.update(&Contribution::from_measurement(&sensor, uav, &z, Position::ORIGIN));
-        let position = filter.estimate().position_covariance();
+        estimate.update(&Contribution::from_measurement(&sensor, uav, &z, Position::ORIGIN));
+        let position = estimate.position_covariance();
         let across = Angle::from_deg(bearing_deg + 90.0);
         let across = Displacement::from_polar(1.0, across).vector();
         let across_m2 = (400.0 * sensor.bearing_sd_rad) * (400.0 * sensor.bearing_sd_rad);
         assert!((along.dot(&(position * along)) / 1e-4 - 1.0).abs() < 1e-3, "{bearing_deg}: {position}");
         assert!((across.dot(&(position * across)) / across_m2 - 1.0).abs() < 1e-4, "{bearing_deg}: {position}");
-        let moved = filter.estimate().state.position().vector();
+        let moved = estimate.state.position().vector();
         assert!((moved.dot(&along) - 7.0).abs() < 1e-6 && moved.dot(&across).abs() < 1e-6, "{bearing_deg}: {moved}");
-        assert!(filter.information_matrix().is_some(), "{bearing_deg}");
+        assert!(estimate.information_matrix().is_some(), "{bearing_deg}");
     }
 }
 
@@ -283,7 +282,7 @@ fn a_track_of_a_target_that_never_accelerates_stays_valid_for_hours() {
         assert_eq!(track.status, TrackStatus::Updated, "step {step}");
     }
     // The estimate is still valid in both forms.
-    assert!(InformationFilter::new(*track.estimate()).is_some(), "{:?}", track.estimate());
+    assert!(track.estimate().checked().is_some(), "{:?}", track.estimate());
 }
 
 /// Runs one filter per thread for `steps` steps, each in another world. Returns the number of sampled covariances that
@@ -298,13 +297,13 @@ fn broken_covariances(threads: u64, steps: u64) -> u64 {
             state: TargetState::new(Position::from_m(3.0, 5.0), Velocity::ZERO, [0.0, 0.0]),
             covariance: Covariance::from_diagonal([400.0, 4.0, 0.04, 400.0, 4.0, 0.04]),
         };
-        let mut filter = InformationFilter::new(start).unwrap();
+        let mut estimate = start;
         let mut broken = 0;
         for step in 0..steps {
-            filter.predict(&transition);
+            estimate.predict(&transition);
             // Two UAVs at a phase difference of 90 degrees; from time to time both have no measurements for a while.
             if step % 1000 < 960 {
-                let at = filter.estimate().state.position();
+                let at = estimate.state.position();
                 let mut sum = Contribution::default();
                 for phase in [0.05 * step as f64, 0.05 * step as f64 + 1.57] {
                     let uav = Position::ORIGIN + Displacement::from_polar(400.0, Angle::from_rad(phase));
@@ -314,13 +313,13 @@ fn broken_covariances(threads: u64, steps: u64) -> u64 {
                     sum +=
                         Contribution::from_measurement(&sensor, uav, &RangeBearingMeasurement { range_m, bearing }, at);
                 }
-                filter.update(&sum);
+                estimate.update(&sum);
             }
             if step % 50 == 0 || step + 1 == steps {
-                broken += u64::from(filter.information_matrix().is_none() || !filter.is_valid());
+                broken += u64::from(estimate.information_matrix().is_none() || !estimate.is_valid());
             }
         }
-        assert!(filter.estimate().state.position().distance_m(Position::ORIGIN) < 200.0, "the filter has diverged");
+        assert!(estimate.state.position().distance_m(Position::ORIGIN) < 200.0, "the filter has diverged");
         broken
     };
     std::thread::scope(|scope| {

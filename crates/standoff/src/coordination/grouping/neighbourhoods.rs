@@ -83,6 +83,6 @@ mod tests {
             removed.iter().for_each(|track_index| neighbourhoods.remove(*track_index));
             left.retain(|track_index| !removed.contains(track_index));
         }
-        assert_eq!(neighbourhoods.largest(), []);
+        assert!(neighbourhoods.largest().is_empty());
     }
 }
