@@ -167,7 +167,7 @@ impl TeamStateUpdater {
         buffers.newcomers.clear();
         buffers.newcomers.extend(newcomers.map(|teammate| teammate.uav));
         next.update_tracks(previous, &input, params, tracker, buffers);
-        (next.implausible, next.gated) = (buffers.implausible.len() as u32 + tracker.rejected, tracker.gated());
+        (next.implausible, next.gated) = (buffers.implausible.len() as u32 + tracker.log.rejected, tracker.gated());
 
         buffers.members_before.copy(next.memberships.index());
         if !is_extrapolated {
@@ -224,7 +224,7 @@ impl TeamState {
             let input = TrackerInput { now, transition, scans, cues, is_first_scan, params, tracks_max };
             tracker.step(tracks, unlabelled, previous.memberships.track_table(), &input)
         });
-        for TrackChange { track, kind } in &tracker.changes {
+        for TrackChange { track, kind } in &tracker.log.changes {
             let kind = match *kind {
                 TrackChangeKind::Cued => EventKind::Cued,
                 TrackChangeKind::Started | TrackChangeKind::Confirmed => EventKind::Acquired,

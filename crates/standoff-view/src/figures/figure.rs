@@ -1,7 +1,7 @@
 //! Input of the figures in addition to the frames, and their output.
 
 use serde::Serialize;
-use standoff::tracking::scan_model::GATE;
+use standoff::tracking::association::scan_model::GATE;
 use standoff_score::ScoreConfig;
 use standoff_sim::scenario::Settings;
 

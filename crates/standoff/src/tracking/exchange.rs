@@ -13,6 +13,9 @@ use nalgebra::Vector6;
 use crate::covariance::Covariance;
 use crate::math;
 use crate::tracking::estimate::{Estimate, inverse_2};
+use crate::tracking::track::TrackId;
+use crate::tracking::track_table::{TrackRow, TrackTable};
+use crate::tracking::unlabelled::UnlabelledTracks;
 
 /// Distance of two tracks beyond which an exchange no longer counts, m: 1.5 times the distance up to which the simulator
 /// pairs a target with its track. Otherwise the covariances would grow without limit as the tracks part.
@@ -72,6 +75,35 @@ pub(crate) fn odds_after(known: &[(usize, f64)], other: usize, now: &[(usize, f6
     };
     let by_way_of = |(third, odds): &(usize, f64)| odds * of(now, *third);
     known.iter().map(by_way_of).fold(of(known, other), f64::max)
+}
+
+impl UnlabelledTracks {
+    /// Includes in the covariances of the tracks that other tracks may now follow their targets.
+    pub(super) fn include_exchanges<R: TrackRow>(&mut self, tracks: &mut TrackTable<R>) {
+        let live_row = |id: TrackId| tracks.index(id).ok().filter(|row| !tracks.rows()[*row].track().is_lost());
+        let entries = self.confirmed.iter().enumerate();
+        let live: Vec<(usize, usize)> = entries.filter_map(|(entry, of)| Some((entry, live_row(of.id)?))).collect();
+        let estimates: Vec<Estimate> = live.iter().map(|(_, row)| *tracks.rows()[*row].track().estimate()).collect();
+        let ids: Vec<TrackId> = live.iter().map(|(entry, _)| self.confirmed[*entry].id).collect();
+        let now = odds_of_all(&estimates);
+        self.confirmed.iter_mut().for_each(|of| of.own = None);
+        for (one, (entry, row)) in live.iter().enumerate() {
+            let of = &mut self.confirmed[*entry];
+            let index = |id: &TrackId| ids.binary_search(id).ok();
+            let known: Vec<_> = of.exchanges.iter().filter_map(|(id, odds)| Some((index(id)?, *odds))).collect();
+            let all = now[one].iter().map(|(other, odds)| (*other, odds.max(odds_after(&known, *other, &now[*other]))));
+            let all: Vec<_> = all.filter(|(_, odds)| *odds > NEGLIGIBLE).collect();
+            let mut mixture = ExchangeMixture::default();
+            for (other, odds) in &all {
+                mixture.add(*odds, &(estimates[*other].state.0 - estimates[one].state.0));
+            }
+            of.exchanges = all.into_iter().map(|(other, odds)| (ids[other], odds)).collect();
+            if let Some(estimate) = mixture.estimate(&estimates[one]) {
+                of.own = Some(estimates[one]);
+                tracks.rows_mut()[*row].track_mut().refine(&estimate);
+            }
+        }
+    }
 }
 
 /// Mixture of a track with the tracks that it may have exchanged its target with.

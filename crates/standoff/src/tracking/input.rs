@@ -7,8 +7,8 @@ use crate::params::{SensorParams, TrackParams};
 use crate::sensor::RangeBearingMeasurement;
 use crate::target::Transition;
 use crate::time::Time;
+use crate::tracking::association::scan_model::ScanModel;
 use crate::tracking::pose_error::PoseError;
-use crate::tracking::scan_model::ScanModel;
 use crate::tracking::track::TrackId;
 use crate::uav::UavId;
 

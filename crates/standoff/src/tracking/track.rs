@@ -8,7 +8,7 @@ use nalgebra::Matrix2;
 
 use crate::covariance::Covariance;
 use crate::frame::{Position, Velocity};
-use crate::message::{Cue, TargetLabel, WRONG_MAX_S};
+use crate::message::{Cue, TargetLabel};
 use crate::params::{SensorParams, TargetParams, TrackParams};
 use crate::sensor::RangeBearingMeasurement;
 use crate::target::{TargetState, Transition};
@@ -116,6 +116,31 @@ pub(crate) enum TrackChangeKind {
     Reacquired,
 }
 
+/// What a time step has changed.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct StepLog {
+    /// Changes in the life cycles of tracks.
+    pub(crate) changes: Vec<TrackChange>,
+    /// Number of tracks that did not start because there were too many, and of detections and pairs beyond a maximum.
+    pub(crate) rejected: u32,
+}
+
+impl StepLog {
+    pub(crate) fn clear(&mut self) {
+        self.changes.clear();
+        self.rejected = 0;
+    }
+
+    pub(crate) fn add(&mut self, track: TrackId, kind: TrackChangeKind) {
+        self.changes.push(TrackChange { track, kind });
+    }
+
+    /// True if a track has been started in this time step.
+    pub(crate) fn has_started(&self, track: TrackId) -> bool {
+        self.changes.iter().any(|change| change.track == track)
+    }
+}
+
 /// The team's estimate of a target.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Track {
@@ -125,9 +150,9 @@ pub struct Track {
     label: TargetLabel,
     /// State in the life cycle.
     pub status: TrackStatus,
-    estimate: Estimate,
+    pub(super) estimate: Estimate,
     /// Accumulated time without measurements although the target should have been in view.
-    missed: Duration,
+    pub(super) missed: Duration,
     /// Time since the track was lost.
     time_since_lost: Duration,
 }
@@ -208,39 +233,6 @@ impl Track {
         }
     }
 
-    /// Takes over the estimate of a time step in which it was detected with the probability `detected`, or missed in
-    /// view for `missed`. Returns the change of its life cycle.
-    pub(crate) fn conclude(
-        &mut self,
-        estimate: &Estimate,
-        detected: f64,
-        missed: Duration,
-        is_improbable: impl Fn(Duration) -> bool,
-        params: &TrackParams,
-    ) -> Option<TrackChangeKind> {
-        let before = self.status;
-        self.missed = if detected > 0.5 { Duration::ZERO } else { self.missed + missed };
-        match estimate.checked() {
-            Some(estimate) => self.estimate = estimate,
-            None => self.status = TrackStatus::Lost(LossReason::Diverged),
-        }
-        self.status = match self.status {
-            TrackStatus::Lost(reason) => TrackStatus::Lost(reason),
-            _ if is_improbable(self.missed) => TrackStatus::Lost(LossReason::UnseenInView),
-            _ if detected > 0.5 => TrackStatus::Updated,
-            _ if estimate.position_sd_max_m() > params.deletion_position_sd_m => {
-                TrackStatus::Lost(LossReason::TooUncertain)
-            }
-            TrackStatus::Cued => TrackStatus::Cued,
-            _ => TrackStatus::Coasting,
-        };
-        match (before, self.status) {
-            (_, TrackStatus::Lost(reason)) => Some(TrackChangeKind::Lost(reason)),
-            (TrackStatus::Cued, TrackStatus::Updated) => Some(TrackChangeKind::Confirmed),
-            _ => None,
-        }
-    }
-
     /// Predicts the track over a time step. A lost track does not change.
     #[inline]
     pub fn predict(&mut self, transition: &Transition) {
@@ -277,37 +269,6 @@ impl Track {
         }
         if !self.estimate.is_valid() {
             (self.estimate, self.status) = (before.estimate, TrackStatus::Lost(LossReason::Diverged));
-        }
-    }
-
-    fn coast(&mut self, dt: Duration, should_be_seen: impl Fn(Position, f64) -> bool, params: &TrackParams) {
-        let sd_m = self.estimate().position_sd_max_m();
-        // Clearance of one standard deviation: the margin of the orbit around its furthest member.
-        if should_be_seen(self.estimate().state.position(), sd_m) {
-            self.missed = self.missed + dt;
-        }
-        self.status = match self.status {
-            _ if sd_m > params.deletion_position_sd_m => TrackStatus::Lost(LossReason::TooUncertain),
-            _ if self.missed.s() >= params.deletion_unseen_in_view_s => TrackStatus::Lost(LossReason::UnseenInView),
-            TrackStatus::Cued => TrackStatus::Cued,
-            _ => TrackStatus::Coasting,
-        };
-    }
-
-    /// Coasts through a time step in which all measurements of the target were beyond the gate. They do not show that the
-    /// target has gone. If this continues for [`WRONG_MAX_S`], the track is wrong and restarts from them.
-    #[cold]
-    pub(crate) fn doubt(
-        &mut self,
-        dt: Duration,
-        measurements: impl IntoIterator<Item = (Position, RangeBearingMeasurement)>,
-        params: &TrackParams,
-    ) {
-        let missed = self.missed + dt;
-        let restarted = Self::from_measurements(self.id, measurements, params).filter(|_| missed.s() > WRONG_MAX_S);
-        *self = restarted.unwrap_or(Self { missed, status: TrackStatus::Coasting, ..*self });
-        if self.estimate().position_sd_max_m() > params.deletion_position_sd_m {
-            self.status = TrackStatus::Lost(LossReason::TooUncertain);
         }
     }
 

@@ -4,13 +4,15 @@ use nalgebra::Matrix2;
 
 use crate::sensor::NOISE_SDS_MAX;
 use crate::time::Duration;
-use crate::tracking::association::{Association, associate};
+use crate::tracking::association::joint::JointUpdate;
+use crate::tracking::association::label::{Association, associate};
 use crate::tracking::information_filter::Contribution;
+use crate::tracking::initiation::{start_unassociated, take_cues};
 use crate::tracking::input::{DetectionIndex, Scans, TrackerInput};
 use crate::tracking::near_update::NearMeasurement;
-use crate::tracking::track::{Track, TrackChange, TrackChangeKind, TrackId, TrackStatus};
+use crate::tracking::track::{StepLog, Track, TrackChangeKind, TrackStatus};
 use crate::tracking::track_table::{TrackRow, TrackTable};
-use crate::tracking::unlabelled::{UnlabelledTracks, UnlabelledUpdate};
+use crate::tracking::unlabelled::UnlabelledTracks;
 
 /// Squared distance of a measurement with label from the prediction of its track, in standard deviations, beyond which it
 /// is wrong. Normal errors reach it in one of 10^21 measurements.
@@ -31,11 +33,9 @@ pub(crate) struct Tracker {
     near: Vec<(usize, DetectionIndex, NearMeasurement)>,
     /// Detections beyond the gate, each with the index of its track; those of one track are in the order of the UAVs.
     gated: Vec<(usize, DetectionIndex)>,
-    unlabelled: UnlabelledUpdate,
+    joint: JointUpdate,
     /// Changes in the last time step.
-    pub(crate) changes: Vec<TrackChange>,
-    /// Number of tracks that did not start in the last time step, because the table was full.
-    pub(crate) rejected: u32,
+    pub(crate) log: StepLog,
 }
 
 impl Tracker {
@@ -50,8 +50,7 @@ impl Tracker {
         previous: &TrackTable<R>,
         input: &TrackerInput,
     ) -> bool {
-        self.changes.clear();
-        self.rejected = 0;
+        self.log.clear();
         for row in tracks.rows_mut() {
             let track = row.track_mut();
             if track.is_lost() || !unlabelled.contains(track.id) {
@@ -62,45 +61,17 @@ impl Tracker {
         let is_full = tracks.rows().len() >= input.tracks_max;
         let after_s = if is_full { 0.0 } else { input.params.lost_track_retention_s };
         let has_removed = tracks.remove_lost(Duration::from_s(after_s));
-        self.take_cues(tracks, unlabelled, input);
+        take_cues(tracks, unlabelled, input, &mut self.log);
         associate(tracks, &input.scans, &mut self.association);
         self.take_near_measurements(tracks, &input.scans);
         self.sum_measurements(tracks, input);
         self.update(tracks, unlabelled, previous, input);
         self.apply_near_measurements(tracks);
         self.apply_range_rates(tracks, &input.scans);
-        self.start_unassociated(tracks, input);
-        unlabelled.step(tracks, input, &mut self.unlabelled, &mut self.changes);
-        self.rejected += self.unlabelled.rejected;
+        start_unassociated(tracks, &self.association, input, &mut self.log);
+        unlabelled.step(tracks, input, &mut self.joint, &mut self.log);
         let is_start = |kind: &TrackChangeKind| matches!(kind, TrackChangeKind::Cued | TrackChangeKind::Started);
-        has_removed || self.changes.iter().any(|change| is_start(&change.kind))
-    }
-
-    /// Starts a track from each cue, unless the target has a track that is not lost, or is out of reach of all UAVs. A cue
-    /// without label is of the target of a track near it.
-    fn take_cues<R: TrackRow>(
-        &mut self,
-        tracks: &mut TrackTable<R>,
-        unlabelled: &mut UnlabelledTracks,
-        input: &TrackerInput,
-    ) {
-        for cue in input.cues {
-            if !tracks.get(TrackId::of_cue(cue)).is_none_or(Track::is_lost) {
-                continue;
-            }
-            if !input.scans.reach(cue.position) {
-                self.rejected += 1;
-                continue;
-            }
-            let Some(track) = Track::from_cue(cue, input.params, input.now) else { continue };
-            if cue.label.is_some() {
-                self.start(tracks, track, TrackChangeKind::Cued, input);
-            } else if !unlabelled.has_track_near(tracks, &self.changes, track.estimate())
-                && self.start(tracks, track, TrackChangeKind::Cued, input)
-            {
-                unlabelled.enter_cued(track.id);
-            }
-        }
+        has_removed || self.log.changes.iter().any(|change| is_start(&change.kind))
     }
 
     /// Linearises the measurements about the predicted position of their track and sums them, in the order of the UAVs.
@@ -176,7 +147,7 @@ impl Tracker {
         previous: &TrackTable<R>,
         input: &TrackerInput,
     ) {
-        let Self { association, measured, gated, changes, .. } = self;
+        let Self { association, measured, gated, log, .. } = self;
         // Tracks stay in the same order until they are removed.
         let mut olds = previous.rows().iter().map(TrackRow::track).peekable();
         for (index, (row, measured)) in tracks.rows_mut().iter_mut().zip(measured).enumerate() {
@@ -215,7 +186,7 @@ impl Tracker {
                 (TrackStatus::Cued, TrackStatus::Updated) => TrackChangeKind::Confirmed,
                 _ => continue,
             };
-            changes.push(TrackChange { track: id, kind });
+            log.add(id, kind);
         }
     }
 
@@ -246,38 +217,5 @@ impl Tracker {
     /// Number of detections beyond the gate in the last time step.
     pub(crate) fn gated(&self) -> u32 {
         self.gated.len() as u32
-    }
-
-    /// Starts tracks from detections of targets that have none.
-    fn start_unassociated<R: TrackRow>(&mut self, tracks: &mut TrackTable<R>, input: &TrackerInput) {
-        let association = core::mem::take(&mut self.association);
-        let scans = &input.scans;
-        for of_one_target in association.unassociated.chunk_by(|a, b| scans.track_id(*a) == scans.track_id(*b)) {
-            let Some(id) = scans.track_id(of_one_target[0]) else { continue };
-            let detections = of_one_target.iter().filter(|index| scans.starts_tracks(scans.uav(**index)));
-            let detections = detections.map(|index| scans.measurement(*index));
-            if tracks.get(id).is_none()
-                && let Some(track) = Track::from_measurements(id, detections, input.params)
-            {
-                self.start(tracks, track, TrackChangeKind::Started, input);
-            }
-        }
-        self.association = association;
-    }
-
-    fn start<R: TrackRow>(
-        &mut self,
-        tracks: &mut TrackTable<R>,
-        track: Track,
-        kind: TrackChangeKind,
-        input: &TrackerInput,
-    ) -> bool {
-        let is_started = tracks.start(track, input.tracks_max);
-        if is_started {
-            self.changes.push(TrackChange { track: track.id, kind });
-        } else {
-            self.rejected += 1;
-        }
-        is_started
     }
 }

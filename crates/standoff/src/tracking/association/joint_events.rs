@@ -33,7 +33,7 @@ pub(crate) struct Edge {
 
 /// Computes the probability of each edge. `edges` are sorted by track. The buffers are reused.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct JointAssociation {
+pub(crate) struct JointEvents {
     /// Cluster of each detection: index of another detection of it, or its own.
     parents: Vec<usize>,
     /// Edges with the cluster of their detection, sorted by cluster, then as given.
@@ -49,7 +49,7 @@ pub(crate) struct JointAssociation {
     ratios: Vec<f64>,
 }
 
-impl JointAssociation {
+impl JointEvents {
     /// Replaces the probabilities of all edges.
     pub(crate) fn solve(&mut self, edges: &mut [Edge], detection_count: usize) {
         let mut clustered = core::mem::take(&mut self.clustered);
@@ -253,7 +253,7 @@ mod tests {
             let ratios: Vec<_> = ratios.iter().map(|(t, d, ln)| (*t, *d, math::exp(*ln))).collect();
             let mut edges = edges(&ratios);
             let expected = enumerated(&edges);
-            let mut joint = JointAssociation::default();
+            let mut joint = JointEvents::default();
             joint.solve(&mut edges, 6);
             for (edge, expected) in edges.iter().zip(&expected) {
                 prop_assert!((edge.probability - expected).abs() < 1e-9, "{edge:?} {expected}");
@@ -277,7 +277,7 @@ mod tests {
             let mut edges = edges(&ratios);
             let expected = enumerated(&edges);
             let all: Vec<(usize, usize)> = (0..edges.len()).map(|index| (0, index)).collect();
-            let mut joint = JointAssociation { detections: (0..5).collect(), ..JointAssociation::default() };
+            let mut joint = JointEvents { detections: (0..5).collect(), ..JointEvents::default() };
             joint.propagate(&all, &mut edges);
             sum += edges.iter().zip(&expected).map(|(edge, expected)| (edge.probability - expected).abs()).sum::<f64>();
             count += edges.len();
@@ -291,7 +291,7 @@ mod tests {
     fn a_large_cluster_has_probabilities() {
         let ratios: Vec<_> = (0..30).flat_map(|track| (0..30).map(move |detection| (track, detection, 2.0))).collect();
         let mut edges = edges(&ratios);
-        JointAssociation::default().solve(&mut edges, 30);
+        JointEvents::default().solve(&mut edges, 30);
         for of_track in edges.chunk_by(|a, b| a.track == b.track) {
             let sum: f64 = of_track.iter().map(|edge| edge.probability).sum();
             assert!(sum > 0.5 && sum <= 1.0 + 1e-9, "{sum}");
