@@ -7,21 +7,22 @@
 //! Everything up to the orbit is the [`TeamState`], which every agent computes identically from its message log. The
 //! rest is individual to this UAV. With an ideal radio, [`TeamAgent`](crate::TeamAgent) does the same without a log.
 
-use crate::command_law::{CommandLaw, LastDecision};
 use crate::intruders::Intruders;
 use crate::message::{Message, Scan};
 use crate::message_log::{Replica, TeammateStatus};
 use crate::output::{AgentOutput, Observation, count};
 use crate::params::TeamParams;
+use crate::pilot::Pilot;
 use crate::safety::geofence::Geofence;
 use crate::safety::team_geofence::TeamGeofence;
 use crate::state_update::TeamStateUpdater;
+use crate::step_clock::{StepClock, TIME_JUMP_MAX};
 use crate::step_messages::ReportView;
 use crate::team_state::TeamState;
 use crate::time::{Duration, Time};
 use crate::uav::{UavId, UavState};
 use crate::validation::ParamError;
-use crate::wind::{AirVelocity, Wind, WindEstimate};
+use crate::wind::AirVelocity;
 
 /// The agent of one UAV.
 ///
@@ -70,19 +71,11 @@ pub struct Agent {
     replica: Replica,
     /// Aircraft outside the team, from the messages that this UAV has received itself.
     intruders: Intruders,
-    /// Last observed time step.
-    now: Option<i64>,
-    /// Error of this UAV's clock against the grid, as far as it is known.
-    clock_error: Duration,
-    /// Time of the last observation, if it was rejected because it was off the grid.
-    off_grid: Option<Time>,
-    /// First and last of the time steps that were rejected since then and that follow each other.
-    rejected_steps: Option<(i64, i64)>,
+    clock: StepClock,
     /// Whether this UAV has reported at this time step: its state is valid and its sensor has scanned.
     has_reported: bool,
     is_leaving: bool,
-    last_decision: LastDecision,
-    wind: Option<WindEstimate>,
+    pilot: Pilot,
     /// Zones that bind the commands of this UAV, if they differ from those of the team.
     own_geofence: Option<TeamGeofence>,
 }
@@ -91,28 +84,22 @@ impl Agent {
     /// Longest accepted time between two observations. A longer gap counts as a clock jump: if the agent accepted
     /// one wrong time in the future, it would reject all correct times before it, and would lose its tracks. The value
     /// is also the longest period that the simulator supports.
-    pub const TIME_JUMP_MAX: Duration = Duration::from_us(10_000_000);
-
-    /// Time in which a clock may gain or lose 1 us: 2,000 ppm. Crystals drift by up to 200 ppm.
-    const DRIFT_1_US: i64 = 500;
+    pub const TIME_JUMP_MAX: Duration = TIME_JUMP_MAX;
 
     /// Creates the agent of one UAV. Returns all parameters that are out of range or contradict one another
     /// ([`TeamParams::errors`]).
     pub fn new(id: UavId, params: TeamParams) -> Result<Self, Vec<ParamError>> {
+        let replica = Replica::new(id, TeamStateUpdater::new(params)?);
         Ok(Self {
             id,
             restart_count: 0,
             sequence: 0,
-            replica: Replica::new(id, TeamStateUpdater::new(params)?),
+            clock: StepClock::new(replica.log.grid),
+            replica,
             intruders: Intruders::default(),
-            now: None,
-            clock_error: Duration::ZERO,
-            off_grid: None,
-            rejected_steps: None,
             has_reported: false,
             is_leaving: false,
-            last_decision: LastDecision::default(),
-            wind: None,
+            pilot: Pilot::default(),
             own_geofence: None,
         })
     }
@@ -144,9 +131,8 @@ impl Agent {
     /// As after a restart, teammates that know more send their state; without such teammates, targets have to be cued
     /// again.
     pub fn reset(&mut self) {
-        (self.now, self.off_grid, self.rejected_steps) = (None, None, None);
-        (self.has_reported, self.last_decision, self.wind) = (false, LastDecision::default(), None);
-        self.clock_error = Duration::ZERO;
+        self.clock.reset();
+        (self.has_reported, self.pilot) = (false, Pilot::default());
         self.intruders.clear();
         self.replica.restart_at(0);
     }
@@ -191,7 +177,7 @@ impl Agent {
 
     /// Status of each UAV whose report this agent or a teammate received within the retention time, by ascending UAV.
     pub fn teammate_status(&self) -> impl Iterator<Item = (UavId, TeammateStatus)> {
-        let now = self.now.unwrap_or_default();
+        let now = self.clock.now().unwrap_or_default();
         self.replica
             .log
             .teammates()
@@ -207,7 +193,7 @@ impl Agent {
     /// True if messages went missing recently, here or at a teammate: the groups and assignments in use are then those
     /// of the decision lag ago.
     pub fn link_is_degraded(&self) -> bool {
-        self.now.is_some_and(|now| self.replica.log.link_is_degraded(now))
+        self.clock.now().is_some_and(|now| self.replica.log.link.is_degraded(now))
     }
 
     /// True if the bandwidth or the load did not allow all retransmissions and requested snapshot parts in this time step,
@@ -219,7 +205,7 @@ impl Agent {
     /// True if the clock was set, or the program was paused for longer than 10 s: the last observations had two or more
     /// rejected times that follow each other. A single wrong time is an error.
     pub fn is_time_jump(&self) -> bool {
-        self.rejected_steps.is_some_and(|(first, last)| first < last)
+        self.clock.is_time_jump()
     }
 
     /// First half of a time step: takes the UAV's state and the scan of its sensor, both at `now`. Without a scan, the
@@ -234,25 +220,19 @@ impl Agent {
     /// receives nothing, computes the command from its previous state, and accepts the next time if that is valid. To
     /// make the agent follow a time that has permanently shifted, call [`Self::reset`] if [`Self::is_time_jump`].
     pub fn observe(&mut self, now: Time, own: &UavState, scan: Option<Scan>) -> Observation {
-        let step = self.step(now);
-        let Some(step) = step.filter(|step| self.now.is_none_or(|now| self.is_next(now, *step))) else {
+        let before = self.clock.now();
+        let Some(step) = self.clock.observe(now) else {
             count(&mut self.replica.log.rejected.bad_time);
-            self.off_grid = Some(now).filter(|_| step.is_none());
-            let follows = |(first, last)| step.filter(|step| self.is_next(last, *step)).map(|step| (first, step));
-            self.rejected_steps = self.rejected_steps.and_then(follows).or(step.zip(step));
             return Observation { uav: self.id, time: now, own: *own };
         };
-        self.rejected_steps = None;
-        self.off_grid = None;
-        if self.now != Some(step) {
-            self.follow_clock(now, step);
-            self.start_time_step(step);
+        if before != Some(step) {
+            self.start_time_step(before, step);
         }
         // A UAV that does not know its own state sends no report.
         if let Some(scan) = scan.filter(|_| own.is_finite() && !self.has_reported) {
             let (uav, order, is_leaving) = (self.id, (self.restart_count, self.sequence), self.is_leaving);
             let assigned_group = self.team_state().assignment_of(uav);
-            let manoeuvre = self.last_decision.manoeuvre;
+            let manoeuvre = self.pilot.manoeuvre();
             let report = ReportView { uav, order, state: own, scan, assigned_group, is_leaving, manoeuvre };
             self.has_reported = self.replica.append_report(step, report);
         }
@@ -267,8 +247,7 @@ impl Agent {
     /// agent, the call has no effect.
     pub fn observe_air(&mut self, observation: &Observation, air: &AirVelocity) {
         if let Some(params) = self.replica.history.updater.params.wind.filter(|_| self.is_of_now(observation)) {
-            let measured = Wind::measured(observation.own.velocity(), air);
-            self.wind = WindEstimate::updated(self.wind, &params, observation.time, measured);
+            self.pilot.observe_air(&params, observation, air);
         }
     }
 
@@ -282,7 +261,7 @@ impl Agent {
     /// ([`Diagnostics::rejected`](crate::Diagnostics::rejected)). Order and repetition do not matter. With an
     /// observation of a past time step, or of another agent, the call has no effect.
     pub fn receive(&mut self, observation: &Observation, message: &Message) {
-        let Some(now) = self.now.filter(|_| self.is_of_now(observation)) else { return };
+        let Some(now) = self.clock.now().filter(|_| self.is_of_now(observation)) else { return };
         match message {
             // Traffic is not part of the team state.
             Message::Traffic(traffic) => {
@@ -299,66 +278,27 @@ impl Agent {
     ///
     /// The command is within the limits for every input, including NaN.
     pub fn decide(&mut self, observation: &Observation) -> AgentOutput {
-        if let Some(now) = self.now {
+        if let Some(now) = self.clock.now() {
             self.replica.update(now);
         }
         let updater = &mut self.replica.history.updater;
+        let wind = self.pilot.believed_wind(updater.params.wind);
         let own_zones = self.own_geofence.as_mut();
-        let wind = updater.params.wind.and_then(|wind| wind.believed(self.wind.as_ref()));
-        let geofence_safety = updater.geofence_safety(own_zones, observation.uav, &observation.own, wind);
-        let law = CommandLaw {
-            params: &self.replica.history.updater.params,
-            team_state: self.team_state(),
-            geofence_safety: geofence_safety.as_deref(),
-            intruders: &self.intruders,
-            fallbacks: self.replica.history.updater.fallbacks.as_ref(),
-            wind,
-        };
-        let (output, decision) = law.decide(observation, self.replica.rejected(), Some(&self.last_decision));
-        self.last_decision = decision;
-        output
-    }
-
-    /// Time step of a time of this UAV's clock; `None` if it is off the grid. The first time, and one that is whole periods
-    /// after another one off the grid, belong to the nearest time step.
-    fn step(&self, now: Time) -> Option<i64> {
-        let log = &self.replica.log;
-        let by_clock = Time::from_us(now.us().saturating_sub(self.clock_error.us()));
-        let is_set =
-            self.off_grid.is_some_and(|before| log.step(Time::EPOCH + (now - before)).is_some_and(|step| step > 0));
-        if self.now.is_some() && !is_set {
-            return log.step(by_clock);
-        }
-        Some(log.step_at(Time::from_us(by_clock.us().saturating_add(log.period.us() / 2))))
-    }
-
-    /// Updates the error of the clock, which shows `now` at a new time step.
-    fn follow_clock(&mut self, now: Time, step: i64) {
-        let time = |step: i64| self.replica.log.time(step);
-        let error_us = (now - time(step)).us();
-        let (known_us, tolerance_us) = (self.clock_error.us(), self.replica.log.period.us() / 10);
-        let is_set = self.now.is_none() || error_us.abs_diff(known_us) > tolerance_us.unsigned_abs();
-        let drift_us = self.now.map_or(0, |last| (time(step) - time(last)).us() / Self::DRIFT_1_US);
-        let drifted_us = || error_us.clamp(known_us - drift_us, known_us + drift_us);
-        self.clock_error = Duration::from_us(if is_set { error_us } else { drifted_us() });
+        let safety = updater.geofence_safety(own_zones, observation.uav, &observation.own, wind);
+        let (history, rejected) = (&self.replica.history, self.replica.rejected());
+        self.pilot.decide(&history.updater, history.head(), safety.as_deref(), &self.intruders, observation, rejected)
     }
 
     fn is_of_now(&self, observation: &Observation) -> bool {
-        observation.uav == self.id && self.now.is_some_and(|now| self.replica.log.time(now) == observation.time)
+        observation.uav == self.id && self.clock.now().is_some_and(|now| self.replica.log.time(now) == observation.time)
     }
 
-    /// True for the time step `now` and for those that may follow it.
-    fn is_next(&self, now: i64, step: i64) -> bool {
-        let ahead = step.saturating_sub(now);
-        ahead >= 0 && ahead.saturating_mul(self.replica.log.period.us()) <= Self::TIME_JUMP_MAX.us()
-    }
-
-    fn start_time_step(&mut self, step: i64) {
-        if self.now.is_none() {
+    fn start_time_step(&mut self, before: Option<i64>, step: i64) {
+        if before.is_none() {
             self.intruders.clear();
         }
-        self.replica.start_time_step(self.now, step);
-        (self.now, self.has_reported) = (Some(step), false);
+        self.replica.start_time_step(before, step);
+        self.has_reported = false;
         self.sequence = self.sequence.wrapping_add(1);
     }
 }

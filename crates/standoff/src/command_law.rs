@@ -104,10 +104,10 @@ impl CommandLaw<'_> {
         &self,
         observation: &Observation,
         refused: Rejected,
-        last: Option<&LastDecision>,
+        last: &LastDecision,
     ) -> (AgentOutput, LastDecision) {
         let Observation { ref own, time, .. } = *observation;
-        let flown = last.and_then(|last| last.flown.as_deref());
+        let flown = last.flown.as_deref();
         let law = Self { wind: self.wind.filter(|_| own.is_finite()), ..*self };
         let uav = &self.params.uav;
         let acceleration_m_s2 =
@@ -115,7 +115,7 @@ impl CommandLaw<'_> {
         let air = law.wind.map_or(*own, |wind| wind.relative_to_air(own, acceleration_m_s2));
         let motion = Flown::motion(flown, uav, &air, time).in_wind(law.wind);
         let plan = flown.and_then(|flown| flown.plan);
-        let before = last.map_or(&[][..], |last| &last.teammates);
+        let before = &last.teammates[..];
         let teammates = law.teammates_near(observation, before);
         let output = law.decide_safely(Own { observation, motion: &motion, plan, teammates: &teammates }, refused);
         let has_safety = own.is_finite() && (self.fallbacks.is_some() || self.geofence_safety.is_some());

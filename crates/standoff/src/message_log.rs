@@ -17,6 +17,7 @@
 //! see the difference in the digest of its reports and request a snapshot of its state. A reference agent that does not
 //! send its state on request is skipped for a while.
 
+mod link_monitor;
 mod log;
 mod outbox;
 mod ranges;

@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::agent::Agent;
-use crate::command_law::{CommandLaw, LastDecision};
 use crate::coordination::assignment::AssignmentLaw;
 use crate::intruders::Intruders;
 use crate::message::{Message, Scan};
 use crate::output::{AgentOutput, Observation, Rejected, count};
 use crate::params::TeamParams;
+use crate::pilot::Pilot;
 use crate::safety::geofence::Geofence;
 use crate::state_update::TeamStateUpdater;
 use crate::step_messages::{Insert, ReportView, StepMessages};
@@ -17,7 +17,7 @@ use crate::team_state::TeamState;
 use crate::time::{Duration, Time};
 use crate::uav::{UavId, UavState};
 use crate::validation::ParamError;
-use crate::wind::{AirVelocity, Wind, WindEstimate};
+use crate::wind::AirVelocity;
 
 /// The agents of a team whose messages reach all UAVs immediately. Each answers bitwise like a separate
 /// [`Agent`], but the team state is computed once instead of once for each agent.
@@ -55,8 +55,7 @@ pub struct TeamAgent {
     /// Number of time steps started.
     sequence: u32,
     refused: Rejected,
-    last_decisions: BTreeMap<UavId, LastDecision>,
-    winds: BTreeMap<UavId, WindEstimate>,
+    pilots: BTreeMap<UavId, Pilot>,
 }
 
 impl TeamAgent {
@@ -73,8 +72,7 @@ impl TeamAgent {
             is_stale: false,
             sequence: 0,
             refused: Rejected::default(),
-            last_decisions: BTreeMap::new(),
-            winds: BTreeMap::new(),
+            pilots: BTreeMap::new(),
         })
     }
 
@@ -115,7 +113,7 @@ impl TeamAgent {
                 scan,
                 assigned_group: assignment,
                 is_leaving: false,
-                manoeuvre: self.last_decisions.get(&uav).and_then(|last| last.manoeuvre),
+                manoeuvre: self.pilots.get(&uav).and_then(Pilot::manoeuvre),
             };
             if self.put(report) == Insert::Rejected {
                 count(&mut self.refused.malformed);
@@ -130,11 +128,7 @@ impl TeamAgent {
     /// [`Agent::observe_air`](crate::Agent::observe_air).
     pub fn observe_air(&mut self, observation: &Observation, air: &AirVelocity) {
         let Some(params) = self.updater.params.wind.filter(|_| self.is_of_now(observation)) else { return };
-        let measured = Wind::measured(observation.own.velocity(), air);
-        let before = self.winds.get(&observation.uav).copied();
-        if let Some(estimate) = WindEstimate::updated(before, &params, observation.time, measured) {
-            self.winds.insert(observation.uav, estimate);
-        }
+        self.pilots.entry(observation.uav).or_default().observe_air(&params, observation, air);
     }
 
     /// Processes a message from outside the team, of the observed time step, which all agents receive. A message of
@@ -165,24 +159,12 @@ impl TeamAgent {
     /// [`Agent::decide`](crate::Agent::decide).
     pub fn decide(&mut self, observation: &Observation) -> AgentOutput {
         self.catch_up();
-        let wind = self.updater.params.wind.and_then(|params| params.believed(self.winds.get(&observation.uav)));
-        let geofence_safety = self.updater.geofence_safety(None, observation.uav, &observation.own, wind);
-        let law = CommandLaw {
-            params: &self.updater.params,
-            team_state: self.team_state(),
-            geofence_safety: geofence_safety.as_deref(),
-            intruders: &self.intruders,
-            fallbacks: self.updater.fallbacks.as_ref(),
-            wind,
-        };
-        let (refused, last) = (self.refused.with(&self.team_state), self.last_decisions.get(&observation.uav));
-        let (output, decision) = law.decide(observation, refused, last);
-        if decision == LastDecision::default() {
-            self.last_decisions.remove(&observation.uav);
-        } else {
-            self.last_decisions.insert(observation.uav, decision);
-        }
-        output
+        let team_state = if self.has_team_state() { &self.team_state } else { &self.previous };
+        let pilot = self.pilots.entry(observation.uav).or_default();
+        let wind = pilot.believed_wind(self.updater.params.wind);
+        let safety = self.updater.geofence_safety(None, observation.uav, &observation.own, wind);
+        let rejected = self.refused.with(&self.team_state);
+        pilot.decide(&self.updater, team_state, safety.as_deref(), &self.intruders, observation, rejected)
     }
 
     /// Clears the team state and all received messages; the counters of rejected messages keep their values.
@@ -190,14 +172,18 @@ impl TeamAgent {
         (self.previous, self.team_state) = (Box::default(), Box::default());
         self.messages.open(Time::EPOCH);
         self.intruders.clear();
-        self.last_decisions.clear();
-        self.winds.clear();
+        self.pilots.clear();
         (self.dt, self.started, self.is_stale) = (Duration::ZERO, false, false);
     }
 
     /// Team state of the last decision or, if the current time step has none yet, of the previous time step.
     pub fn team_state(&self) -> &TeamState {
-        if self.team_state.time == self.messages.time { &self.team_state } else { &self.previous }
+        if self.has_team_state() { &self.team_state } else { &self.previous }
+    }
+
+    /// True if the team state of the current time step has been computed.
+    fn has_team_state(&self) -> bool {
+        self.team_state.time == self.messages.time
     }
 
     fn put(&mut self, report: ReportView) -> Insert {

@@ -39,6 +39,36 @@ impl Time {
     }
 }
 
+/// The team's grid of time steps: whole periods since [`Time::EPOCH`].
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct TimeGrid {
+    pub(crate) period: Duration,
+}
+
+impl TimeGrid {
+    /// Time step of a time: the nearest one, if it is within a tenth of a period.
+    pub(crate) fn step(self, time: Time) -> Option<i64> {
+        let (us, period) = (time.us(), self.period.us());
+        let nearest = us.saturating_add(period / 2).div_euclid(period);
+        let off = us.saturating_sub(nearest.saturating_mul(period));
+        (off.abs() <= period / 10).then_some(nearest)
+    }
+
+    /// Time step of a time that may be off the grid.
+    pub(crate) fn step_at(self, time: Time) -> i64 {
+        time.us().div_euclid(self.period.us())
+    }
+
+    /// Number of periods in which a duration has passed.
+    pub(crate) fn periods(self, duration: Duration) -> i64 {
+        (duration.us() + self.period.us() - 1) / self.period.us()
+    }
+
+    pub(crate) fn time(self, step: i64) -> Time {
+        Time::from_us(step.saturating_mul(self.period.us()))
+    }
+}
+
 impl Duration {
     /// Zero duration.
     pub const ZERO: Self = Self(0);

@@ -8,12 +8,13 @@ mod tests;
 
 use std::collections::VecDeque;
 
+use super::link_monitor::LinkMonitor;
 use super::ranges::{Ranges, first_of, last_of, number_of_cue, step_of};
 use crate::message::{Cue, LogStatus, Message, MessageSource, ReceivedRange, Report};
 use crate::output::{Rejected, count};
 use crate::params::TeamParams;
 use crate::step_messages::{Insert, ReportView, StepMessages};
-use crate::time::{Duration, Time};
+use crate::time::{Duration, Time, TimeGrid};
 use crate::uav::UavId;
 
 use super::teammates::{NEVER, TeammateLog};
@@ -24,9 +25,6 @@ pub(super) const TEAMMATES_MAX: usize = 256;
 /// Maximum number of ranges accepted in one report: the number of gaps has a bound.
 pub(crate) const RECEIVED_RANGES_MAX: usize = 1024;
 
-/// Duration that the link counts as degraded after the last missing message, s.
-const DEGRADED_HOLD_S: f64 = 10.0;
-
 /// Number of time steps before the last commit for which received entries are still listed, because receivers may have
 /// missed the earlier reports.
 pub(crate) const LISTED_BEFORE: i64 = 40;
@@ -34,11 +32,10 @@ pub(crate) const LISTED_BEFORE: i64 = 40;
 /// Message log of an agent.
 #[derive(Debug, Clone)]
 pub(crate) struct MessageLog {
-    pub(crate) period: Duration,
+    pub(crate) grid: TimeGrid,
     /// Retention time, in periods, like `teammate_timeout`.
     horizon: i64,
     teammate_timeout: i64,
-    degraded_hold: i64,
     pub(super) own: UavId,
     /// Maximum range that a sensor can report, m.
     range_max_m: f64,
@@ -50,44 +47,20 @@ pub(crate) struct MessageLog {
     pub(super) teammates: Vec<TeammateLog>,
     /// Received entries of each source, sorted by source.
     pub(super) received: Vec<(MessageSource, Ranges)>,
-    /// Histogram of the delays of recent reports, in periods; the last bin contains all longer delays.
-    delays: [u32; 8],
-    /// Typical delay of reports, in periods: the median, so that occasional losses do not count.
-    pub(super) typical_delay: i64,
-    /// Longest delay of recent reports, in periods.
-    longest_delay: i64,
-    /// Time step at which the last late report arrived.
-    late_at: i64,
+    pub(crate) link: LinkMonitor,
     /// Earliest time step with a message that arrived after its team state was computed.
     pub(crate) changed_from: i64,
-    /// Last time step with a missing message, here or at a teammate.
-    pub(crate) degraded_at: i64,
-    pub(crate) loss: MeasuredLoss,
     pub(crate) rejected: Rejected,
-}
-
-/// Fraction of entries that teammates lacked when they should have arrived, over about [`DEGRADED_HOLD_S`].
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct MeasuredLoss {
-    expected: f64,
-    missing: f64,
-}
-
-impl MeasuredLoss {
-    pub(crate) fn fraction(&self) -> f64 {
-        self.missing / self.expected.max(1.0)
-    }
 }
 
 impl MessageLog {
     pub(crate) fn new(own: UavId, params: &TeamParams) -> Self {
-        let period = Duration::from_s(params.log.period_s);
-        let periods = |s: f64| (Duration::from_s(s).us() + period.us() - 1) / period.us();
+        let grid = TimeGrid { period: Duration::from_s(params.log.period_s) };
+        let periods = |s: f64| grid.periods(Duration::from_s(s));
         Self {
-            period,
+            grid,
             horizon: periods(params.log.message_retention_s).clamp(1, 1200),
             teammate_timeout: periods(params.teammate_timeout_s).max(1),
-            degraded_hold: periods(DEGRADED_HOLD_S),
             own,
             range_max_m: params.track.sensor.reported_range_max_m(),
             first: 0,
@@ -95,13 +68,8 @@ impl MessageLog {
             spare: Vec::new(),
             teammates: Vec::new(),
             received: Vec::new(),
-            delays: [0; 8],
-            typical_delay: 0,
-            longest_delay: 0,
-            late_at: NEVER,
+            link: LinkMonitor::new(grid),
             changed_from: i64::MAX,
-            degraded_at: NEVER,
-            loss: MeasuredLoss::default(),
             rejected: Rejected::default(),
         }
     }
@@ -111,19 +79,17 @@ impl MessageLog {
         self.spare.extend(self.time_steps.drain(..));
         self.teammates.clear();
         self.received.clear();
-        (self.first, self.changed_from, self.degraded_at, self.late_at) = (first, i64::MAX, NEVER, NEVER);
+        (self.first, self.changed_from) = (first, i64::MAX);
+        self.link.restart();
     }
 
     /// Time step of a time: the nearest one, if it is within a tenth of a period.
     pub(crate) fn step(&self, time: Time) -> Option<i64> {
-        let (us, period) = (time.us(), self.period.us());
-        let nearest = us.saturating_add(period / 2).div_euclid(period);
-        let off = us.saturating_sub(nearest.saturating_mul(period));
-        (off.abs() <= period / 10).then_some(nearest)
+        self.grid.step(time)
     }
 
     pub(crate) fn time(&self, step: i64) -> Time {
-        Time::from_us(step.saturating_mul(self.period.us()))
+        self.grid.time(step)
     }
 
     pub(crate) fn horizon(&self) -> i64 {
@@ -132,11 +98,6 @@ impl MessageLog {
 
     pub(crate) fn teammate_timeout(&self) -> i64 {
         self.teammate_timeout
-    }
-
-    /// True if messages went missing recently, here or at a teammate.
-    pub(crate) fn link_is_degraded(&self, now: i64) -> bool {
-        now - self.degraded_at <= self.degraded_hold
     }
 
     /// Returns the messages of a time step, if it is within the log.
@@ -172,15 +133,7 @@ impl MessageLog {
     /// state needs.
     pub(crate) fn turn_to(&mut self, now: i64, needed_from: i64) {
         self.messages_mut(now);
-        let kept = 1.0 - 1.0 / self.degraded_hold.max(1) as f64;
-        self.loss = MeasuredLoss { expected: kept * self.loss.expected, missing: kept * self.loss.missing };
-        if !self.link_is_degraded(now) {
-            // Without degradation, messages that seem to be missing are requested immediately.
-            self.typical_delay = 0;
-        }
-        if now - self.late_at > self.degraded_hold {
-            (self.delays, self.longest_delay) = ([0; 8], 0);
-        }
+        self.link.turn_to(now);
         while self.first < (now - self.horizon).min(needed_from) {
             if let Some(row) = self.time_steps.pop_front() {
                 self.spare.push(row);
@@ -237,33 +190,9 @@ impl MessageLog {
         }
         match self.put_report(step, ReportView::of(report), Some((report, is_alike))) {
             Insert::Rejected => count(&mut self.rejected.malformed),
-            Insert::Added => self.note_delay(step, now),
+            Insert::Added => self.link.note_delay(step, now),
             Insert::Duplicate | Insert::Replaced => {}
         }
-    }
-
-    fn note_delay(&mut self, step: i64, now: i64) {
-        let periods = now - step;
-        self.late_at = if periods > 0 { now } else { self.late_at };
-        // Usually no report is late.
-        if periods <= 0 && self.longest_delay == 0 {
-            self.delays[0] += 1;
-            self.delays[0] >>= u32::from(self.delays[0] > 64);
-            return;
-        }
-        self.delays[periods.clamp(0, 7) as usize] += 1;
-        // Halves the counts, so that older delays lose weight.
-        if self.delays.iter().sum::<u32>() > 64 {
-            self.delays.iter_mut().for_each(|count| *count /= 2);
-        }
-        let half = self.delays.iter().sum::<u32>() / 2;
-        let mut sum = 0;
-        let index = self.delays.iter().position(|count| {
-            sum += count;
-            sum > half
-        });
-        self.typical_delay = index.unwrap_or_default() as i64;
-        self.longest_delay = self.delays.iter().rposition(|count| *count > 0).unwrap_or_default() as i64;
     }
 
     fn put_report(&mut self, step: i64, report_view: ReportView, report: Option<(&Report, bool)>) -> Insert {
@@ -408,36 +337,17 @@ impl MessageLog {
         (peer.log_status_at, peer.log_matches) = (step, is_alike);
         peer.log_status.clone_from(log_status);
         // The time step of the report bounds a wrong value.
-        if log_status.degraded_at > self.time(self.degraded_at) {
-            self.degraded_at = self.step_at(log_status.degraded_at).min(step).max(self.degraded_at);
-        }
-        self.measure_loss(log_status, report.uav, (step, is_alike));
+        self.link.note_degraded(self.grid.step_at(log_status.degraded_at).min(step));
+        self.link.measure_loss(log_status, report.uav, (step, is_alike), &self.received);
         if !is_alike {
             self.learn_of_teammates(log_status, step);
-        }
-    }
-
-    /// Measures the loss by the newest entries that the sender of a log status should have received.
-    fn measure_loss(&mut self, log_status: &LogStatus, by: UavId, (step, is_alike): (i64, bool)) {
-        let due = step - 1 - self.typical_delay;
-        if self.step_at(log_status.committed_until) >= due {
-            return;
-        }
-        let is_listed = |source: MessageSource| {
-            log_status.received.iter().any(|run| run.source == source && run.from <= due && due <= run.to)
-        };
-        for (source, runs) in &self.received {
-            if matches!(source, MessageSource::Uav(uav) if *uav != by) && runs.holds(due) {
-                self.loss.expected += 1.0;
-                self.loss.missing += f64::from(!is_alike && !is_listed(*source));
-            }
         }
     }
 
     /// Mean size of the reports of the newest time step that has usually arrived, as retransmitted, bytes; 0 if there are
     /// none.
     pub(crate) fn mean_report_bytes(&self, now: i64) -> f64 {
-        let row = self.messages(now - 1 - self.typical_delay);
+        let row = self.messages(now - 1 - self.link.typical_delay);
         let sizes =
             row.into_iter().flat_map(StepMessages::reports).map(|report| Message::report_size_bytes(report, None));
         let (count, bytes) = sizes.fold((0, 0), |(count, bytes), size| (count + 1, bytes + size));
@@ -447,7 +357,7 @@ impl MessageLog {
     /// True if the sender's list of received entries, together with this report, equals the entries received here, as
     /// far as the sender could know them. This is the usual case.
     fn has_reported_messages(&self, status: &LogStatus, uav: UavId, step: i64) -> bool {
-        let (from, to) = (self.step_at(status.committed_until).saturating_add(1).max(self.first), step - 1);
+        let (from, to) = (self.grid.step_at(status.committed_until).saturating_add(1).max(self.first), step - 1);
         let mut listed = status.received.iter();
         let mut next = listed.next();
         for (source, runs) in &self.received {
@@ -572,7 +482,7 @@ impl MessageLog {
     /// True if a teammate has listed its entries of a time step after the longest delay: a cue may reach all agents
     /// late.
     fn has_listed(&self, peer: &TeammateLog, step: i64) -> bool {
-        peer.log_status_at > step + self.longest_delay && peer.log_status.listed_after < self.time(step)
+        peer.log_status_at > step + self.link.longest_delay && peer.log_status.listed_after < self.time(step)
     }
 
     /// True if an entry after time step `after`, up to `to`, is missing here that a live teammate has received.
@@ -617,11 +527,6 @@ impl MessageLog {
             let held = held.map(|run| ReceivedRange { source: *source, from: run.0.max(from), to: run.1 });
             log_status.received.extend(held.take(RECEIVED_RANGES_MAX - log_status.received.len()));
         }
-    }
-
-    /// Time step of a time that may be off the grid.
-    pub(crate) fn step_at(&self, time: Time) -> i64 {
-        time.us().div_euclid(self.period.us())
     }
 }
 

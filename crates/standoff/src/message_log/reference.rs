@@ -70,7 +70,7 @@ impl Replica {
 
     /// Returns whether the committed state of another agent equals that of this agent; `None` if this is not known yet.
     fn agrees(&mut self, commit_digest: CommitDigest, now: i64) -> Option<bool> {
-        let (step, committed) = (self.log.step_at(commit_digest.time), self.history.committed);
+        let (step, committed) = (self.log.grid.step_at(commit_digest.time), self.history.committed);
         if commit_digest == CommitDigest::default() {
             return Some(true);
         }

@@ -78,7 +78,7 @@ impl Replica {
                     self.history.replay(&mut self.log, last);
                 }
                 if changed_from < last {
-                    self.log.degraded_at = last;
+                    self.log.link.degraded_at = last;
                 }
                 self.log.rejected = self.rejected();
             }
@@ -123,7 +123,7 @@ impl Replica {
             log_status.start = log.time(history.start);
             log_status.committed_until = log.time(history.committed);
             log_status.commit_digest = history.commit_digest(log);
-            log_status.degraded_at = log.time(log.degraded_at);
+            log_status.degraded_at = log.time(log.link.degraded_at);
             log_status.snapshot_request = request;
             log.list(history.committed, log_status);
         }
@@ -131,8 +131,8 @@ impl Replica {
             own_report_bytes: message.size_bytes(),
             mean_report_bytes: log.mean_report_bytes(now),
             teammates: log.teammates_with_status(now).count(),
-            loss: log.loss.fraction(),
-            period_s: log.period.s(),
+            loss: log.link.loss(),
+            period_s: log.grid.period.s(),
             bandwidth_bytes_per_s: history.updater.params.log.bandwidth_bytes_per_s,
         };
         self.retransmission.add_budget(&load);
@@ -147,7 +147,7 @@ impl Replica {
             }
         });
         if is_missing {
-            self.log.degraded_at = now;
+            self.log.link.degraded_at = now;
         }
         true
     }
@@ -173,7 +173,7 @@ impl Replica {
     pub(crate) fn update(&mut self, now: i64) {
         if self.is_stale {
             self.history.replay(&mut self.log, now);
-            self.history.select_published(&self.log, now, self.log.link_is_degraded(now));
+            self.history.select_published(&self.log, now, self.log.link.is_degraded(now));
             self.is_stale = false;
         }
     }
@@ -213,7 +213,7 @@ impl Replica {
         let (committed, present) = (log.time(history.committed), log.time(now));
         let ahead =
             commit_digests.filter(|commit_digest| committed < commit_digest.time && commit_digest.time < present);
-        let ahead = ahead.map(|commit_digest| (log.step_at(commit_digest.time), commit_digest.digest));
+        let ahead = ahead.map(|commit_digest| (log.grid.step_at(commit_digest.time), commit_digest.digest));
         let same = |(step, digest): &(i64, u64)| history.at(*step).is_some_and(|own| own.digest() == *digest);
         if let Some((step, digest)) = ahead.filter(same).max() {
             history.commit_with_digest(step, digest);

@@ -157,7 +157,7 @@ impl Retransmission {
         self.sent.retain(|_, at| now - *at <= log.teammate_timeout());
         self.missing.clear();
         let mut is_missing = false;
-        let delay = log.typical_delay;
+        let delay = log.link.typical_delay;
         // With enough budget, two agents retransmit: one of them may not have received the list, or may not be
         // received.
         let sender_count = if self.budget_bytes > self.half_bytes { 2 } else { 1 };
@@ -166,7 +166,7 @@ impl Retransmission {
         let most = (TEAMMATE_CHECKS_MAX / (teammates * teammates)).max(16);
         for peer in log.teammates_with_status(now) {
             let mut looked = 0;
-            let committed = log.step_at(peer.log_status.committed_until);
+            let committed = log.grid.step_at(peer.log_status.committed_until);
             let from = committed.saturating_add(1).max(log.first);
             let mut others = &peer.log_status.received[..];
             for (source, runs) in &log.received {
@@ -240,7 +240,7 @@ impl Resend<'_> {
 impl MessageLog {
     /// True for this agent and for teammates whose newest report is as recent as the usual delay permits.
     fn is_live(&self, other: &TeammateLog, now: i64) -> bool {
-        other.uav == self.own || other.has_sent_status(now, 2 + self.typical_delay)
+        other.uav == self.own || other.has_sent_status(now, 2 + self.link.typical_delay)
     }
 
     /// True if it is this agent's turn to repeat a cue. All live agents take turns, because no list shows yet which of

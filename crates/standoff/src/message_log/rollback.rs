@@ -142,7 +142,7 @@ impl TeamStateHistory {
 
     /// Time since the previous time step; zero for the first.
     fn dt(&self, log: &MessageLog, step: i64) -> Duration {
-        if step <= self.start { Duration::ZERO } else { log.period }
+        if step <= self.start { Duration::ZERO } else { log.grid.period }
     }
 
     /// Recomputes the states up to now, from the first time step with a new message on.

@@ -65,7 +65,7 @@ impl Replica {
         }
         let follows_ours = |peer: &TeammateLog| {
             let commit_digest = peer.log_status.commit_digest;
-            let ours = self.history.digest_at(self.log.step_at(commit_digest.time));
+            let ours = self.history.digest_at(self.log.grid.step_at(commit_digest.time));
             peer.log_status.start == self.log.time(self.history.start)
                 && ours.is_none_or(|digest| digest == commit_digest.digest)
         };

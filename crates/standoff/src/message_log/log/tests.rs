@@ -340,7 +340,7 @@ fn completion_also_waits_for_constant_delays() {
             log.receive_report(&report(1, now), now, -1);
         }
         // The delay is forgotten ten seconds, 20 periods, after the last late report.
-        assert_eq!(log.longest_delay, if now <= 69 { 3 } else { 0 }, "{now}");
+        assert_eq!(log.link.longest_delay, if now <= 69 { 3 } else { 0 }, "{now}");
     }
 }
 
