@@ -4,13 +4,12 @@ Cooperative standoff tracking: runs, batches, custom laws, and components of the
 
 from _typeshed import Incomplete, SupportsGetItem, SupportsLenAndGetItem
 from collections.abc import Sequence
-from numpy import bool_, float64
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from os import PathLike
 from pathlib import Path
 from typing import Any, Final, SupportsFloat, SupportsIndex, final
 
-__all__ = ["__version__", "AssignmentProblem", "Batch", "Command", "Comparison", "Cue", "EnvStep", "Filter", "Intruder", "MissionInfo", "Observation", "Parameters", "Report", "Run", "Scenario", "StandoffDistance", "Steering", "Sweep", "Table", "TeamState", "Tracks", "Worlds", "Zone", "_described", "_difference", "_fly_described", "_sweep_complete", "_sweep_difference", "_sweep_plan", "baseline", "compare", "merge", "monte_carlo", "observation_features", "run", "scenarios", "standoff_distance", "steer", "steered_radius", "sweep"]
+__all__ = ["__version__", "AssignmentProblem", "Batch", "Command", "Comparison", "Cue", "EnvStep", "Filter", "Intruder", "MissionInfo", "Observation", "Report", "Run", "Scenario", "StandoffDistance", "Steering", "Sweep", "Table", "TeamState", "Tracks", "Worlds", "Zone", "_described", "_difference", "_fly_described", "_sweep_complete", "_sweep_difference", "_sweep_plan", "baseline", "compare", "merge", "monte_carlo", "observation_features", "run", "scenarios", "standoff_distance", "steer", "sweep"]
 
 __version__: Final[str]
 
@@ -317,77 +316,26 @@ class Filter:
     Extended information filters (8-11), one for each of n targets. One update fuses the measurements of all UAVs.
 
     The state of a target is ``[x, vx, ax, y, vy, ay]``: position (m), velocity (m/s), acceleration (m/s2), first east
-    and then north. :meth:`of_cues` and :meth:`from_measurements` start filters from cues or measurements instead of
-    full states. States and covariances can be copied to another filter without rounding: ``Filter(f.state[mask],
+    and then north. States and covariances can be copied to another filter without rounding: ``Filter(f.state[mask],
     f.covariance[mask])`` keeps a subset of the targets.
 
-    :param state: means, shape (n, 6).
-    :param covariance: covariances P, shape (n, 6, 6), or (6, 6) for all targets; symmetric and positive definite.
-    :param parameters: uses correlation_rate_1_s, acceleration_sd_m_s2, range_sd_m, bearing_sd_rad,
-        initial_velocity_sd_m_s; ``Parameters()`` by default.
+    :param state: means, shape (n, 6), or (6,) for all targets, between -1e9 and 1e9.
+    :param covariance: covariances P, shape (n, 6, 6), or (6, 6) for all targets; positive definite. Only the upper
+        triangle is used.
+    :param mission: mission whose accuracy of the sensor and motion of the targets apply; by default the recommended
+        parameters.
     :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
     """
-    def __getnewargs_ex__(self, /) -> "tuple[tuple[object, object], dict[str, object]]": ...
-    def __len__(self, /) -> int: ...
-    def __new__(cls, /, state: ArrayLike, covariance: ArrayLike, *, parameters: Parameters | None = None) -> Filter: ...
-    def __repr__(self, /) -> str: ...
-    def copy(self, /) -> Filter:
-        """
-        Returns a copy of the filter.
-        """
+    def __new__(cls, /, state: ArrayLike, covariance: ArrayLike, *, mission: MissionInfo | None = None) -> Filter: ...
     @property
-    def covariance(self, /) -> NDArray[float64]:
+    def covariance(self, /) -> Incomplete:
         """
         Covariances P, shape (n, 6, 6), in the units of the states; a copy.
         """
-    @staticmethod
-    def from_measurements(uav_position_m: ArrayLike, range_m: ArrayLike, bearing_rad: ArrayLike, *, mask: ArrayLike | None = None, parameters: Parameters | None = None) -> Filter:
-        """
-        Starts filters from the first measurements at one time. The initial velocity is 0 with the standard deviation
-        initial_velocity_sd_m_s.
-
-        :param uav_position_m: shape (..., 2), position of the measuring UAV, east and north, m.
-        :param range_m: shape (n,), or (n, m) for m measurements of each target, m.
-        :param bearing_rad: same shape, rad anticlockwise from east.
-        :param mask: same shape; False marks missing measurements. Each target needs at least one measurement.
-        :param parameters: as for the class.
-        :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
-        """
     @property
-    def information_matrix(self, /) -> NDArray[float64]:
-        """
-        Information matrices Y = P^-1, shape (n, 6, 6).
-
-        :raises InputError: if a covariance is too close to singular to be inverted.
-        """
-    @property
-    def information_vector(self, /) -> NDArray[float64]:
-        """
-        Information vectors y = Y x, shape (n, 6).
-
-        :raises InputError: if a covariance is too close to singular to be inverted.
-        """
-    @staticmethod
-    def of_cues(position_m: ArrayLike, velocity_m_s: ArrayLike, *, position_sd_m: ArrayLike, velocity_sd_m_s: ArrayLike, parameters: Parameters | None = None) -> Filter:
-        """
-        Starts filters from cues: positions and velocities with standard deviations.
-
-        :param position_m: shape (n, 2), east and north, m.
-        :param velocity_m_s: shape (n, 2), east and north, m/s.
-        :param position_sd_m: shape (n,) or (), standard deviation of the position per axis, m.
-        :param velocity_sd_m_s: shape (n,) or (), standard deviation of the velocity per axis, m/s.
-        :param parameters: as for the class.
-        :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
-        """
-    @property
-    def position_m(self, /) -> NDArray[float64]:
+    def position_m(self, /) -> Incomplete:
         """
         Positions, shape (n, 2), east and north, m; a copy.
-        """
-    @property
-    def position_sd_max_m(self, /) -> NDArray[float64]:
-        """
-        Standard deviations of the positions in their most uncertain direction, shape (n,), m.
         """
     def predict(self, /, dt_s: SupportsFloat | SupportsIndex) -> None:
         """
@@ -398,30 +346,23 @@ class Filter:
             filter then stays unchanged.
         """
     @property
-    def state(self, /) -> NDArray[float64]:
+    def state(self, /) -> Incomplete:
         """
         Means, shape (n, 6): ``[x, vx, ax, y, vy, ay]`` in m, m/s, m/s2; a copy.
         """
-    def update(self, /, uav_position_m: ArrayLike, range_m: ArrayLike, bearing_rad: ArrayLike, *, mask: ArrayLike | None = None) -> NDArray[bool_]:
+    def update(self, /, uav_position_m: ArrayLike, range_m: ArrayLike, bearing_rad: ArrayLike) -> Incomplete:
         """
-        Updates the estimates with the measurements at this time (10, 11), linearised about the predicted positions.
-        Bearing innovations are wrapped.
+        Updates the estimates with the measurements of m UAVs at this time (10, 11), linearised about the predicted
+        positions. Bearing innovations are wrapped.
 
-        :param uav_position_m: shape (..., 2), position of the measuring UAV, east and north, m: (2,) for one UAV, (m,
-            2) for m UAVs that measure every target.
-        :param range_m: shape (n,), or (n, m) for m measurements of each target, m. A measurement taken less than 1 m
-            from the predicted position carries no information.
-        :param bearing_rad: same shape, rad anticlockwise from east.
-        :param mask: same shape; False marks missing measurements, whose values are ignored.
+        :param uav_position_m: shape (m, 2), or (2,) for one UAV, east and north, m, between -1e9 and 1e9.
+        :param range_m: shape (n, m), or (n,) for one UAV, m, above 0 and at most 1e9; NaN: no measurement. A measurement
+            taken less than 1 m from the predicted position carries no information.
+        :param bearing_rad: same shape, rad anticlockwise from east; NaN: no measurement.
         :returns: shape (n,): True if the estimate was updated. False if there was no measurement or the result would
             overflow floating-point numbers; the estimate then stays unchanged.
         :raises InputError: if an argument has the wrong shape or type or a value is out of range; the filter then stays
             unchanged.
-        """
-    @property
-    def velocity_m_s(self, /) -> NDArray[float64]:
-        """
-        Velocities, shape (n, 2), east and north, m/s; a copy.
         """
 
 @final
@@ -612,45 +553,6 @@ class Observation:
     def y_m(self, /) -> float:
         """
         Own position north, m.
-        """
-
-@final
-class Parameters:
-    """
-    Parameters of filter, sensor, orbits, guidance and assignment. They are immutable and checked when they are created.
-
-    ``Parameters()`` gives the recommended values, which are also the defaults of scenario files.
-    ``Parameters("improved/figure-9")`` gives the parameters of a scenario, :meth:`paper` those of the paper, and
-    ``Parameters(other, radial_gain=1.0)`` a copy with one change. Each parameter is an attribute. The names are those of
-    the keys in scenario files, without their table; but angles are in radians, as in ``field_of_view_rad``. The page on
-    scenario files and :meth:`to_dict` list them. Functions name the parameters that they use.
-
-    :param of: source of the parameters that are not given: other parameters, a :class:`standoff.Scenario`, the name of
-        a built-in scenario or the path of a scenario file; by default the recommended values.
-    :param seed: seed for a scenario with random parameters; 1 by default.
-    :param changes: parameters by name: numbers, words or truth values. ``law`` changes only the guidance, not the other
-        parameters; :meth:`paper` gives all of the law ``"oh-2015"``.
-    :raises InputError: if a value is out of range; the message gives the range.
-    :raises ScenarioError: if the scenario is invalid.
-    """
-    def __dir__(self, /) -> "list[str]": ...
-    def __eq__(self, value: object, /) -> bool: ...
-    def __getattr__(self, name: str, /) -> Any: ...
-    def __getnewargs_ex__(self, /) -> "tuple[tuple[()], dict[str, float | str | bool]]": ...
-    def __ne__(self, value: object, /) -> bool: ...
-    def __new__(cls, /, of: Parameters | Scenario | str | PathLike[str] | None = None, *, seed: SupportsIndex = ..., **changes: "float | str | bool | None") -> Parameters: ...
-    def __repr__(self, /) -> str:
-        """
-        Shows the parameters that differ from the recommended ones.
-        """
-    @staticmethod
-    def paper() -> Parameters:
-        """
-        Returns the parameters of the paper's Table I.
-        """
-    def to_dict(self, /) -> "dict[str, float | str | bool]":
-        """
-        All parameters as a dict.
         """
 
 @final
@@ -874,60 +776,45 @@ class StandoffDistance:
     Standoff distances and their rates.
     """
     @property
-    def distance_m(self, /) -> NDArray[float64]:
+    def distance_m(self, /) -> Incomplete:
         """
-        Standoff distance r_d of (15), limited to its bounds, shape (...), m.
-        """
-    @property
-    def rate_m_s(self, /) -> NDArray[float64]:
-        """
-        Rate of r_d, shape (...), m/s; 0 at a bound.
+        Standoff distance r_d of (15), limited to its bounds, shape (n,) or (), m.
         """
     @property
-    def unclamped_m(self, /) -> NDArray[float64]:
+    def rate_m_s(self, /) -> Incomplete:
         """
-        Standoff distance of (15) before the bounds are applied, shape (...), m.
+        Rate of r_d, shape (n,) or (), m/s; 0 at a bound.
+        """
+    @property
+    def unclamped_m(self, /) -> Incomplete:
+        """
+        Standoff distance of (15) before the bounds are applied, shape (n,) or (), m.
         """
 
 @final
 class Steering:
     """
-    Output of the turn-rate law, with intermediate values.
+    Output of the turn-rate law.
     """
     @property
-    def centre_distance_m(self, /) -> NDArray[float64]:
+    def centre_too_fast(self, /) -> Incomplete:
         """
-        Distance r from the centre, shape (...), m.
-        """
-    @property
-    def centre_too_fast(self, /) -> NDArray[bool_]:
-        """
-        True if the centre is too fast for the field (29), shape (...); the heading is then the best possible one.
+        True if the centre is too fast for the field (29), shape (n,) or (); the heading is then the best possible one.
         """
     @property
-    def convergence_threshold_m2_s(self, /) -> NDArray[float64]:
+    def desired_heading_rad(self, /) -> Incomplete:
         """
-        Threshold xi_th of Lemma 3.1, shape (...), m2/s: the UAV converges while it is not negative.
-        """
-    @property
-    def desired_heading_rad(self, /) -> NDArray[float64]:
-        """
-        Desired heading psi_d over ground (23, 28), shape (...), rad anticlockwise from east.
+        Desired heading psi_d over ground (23, 28), shape (n,) or (), rad anticlockwise from east.
         """
     @property
-    def feedforward_rad_s(self, /) -> NDArray[float64]:
+    def feedforward_rad_s(self, /) -> Incomplete:
         """
-        Derivative of the desired heading, the feedforward part of the turn rate (25), shape (...), rad/s.
-        """
-    @property
-    def phase_rad(self, /) -> NDArray[float64]:
-        """
-        Direction from the centre to the UAV, shape (...), rad anticlockwise from east.
+        Derivative of the desired heading, the feedforward part of the turn rate (25), shape (n,) or (), rad/s.
         """
     @property
-    def turn_rate_rad_s(self, /) -> NDArray[float64]:
+    def turn_rate_rad_s(self, /) -> Incomplete:
         """
-        Commanded turn rate u_omega before limits (24), shape (...), rad/s, positive to the left.
+        Commanded turn rate u_omega before limits (24), shape (n,) or (), rad/s, positive to the left.
         """
 
 @final
@@ -1373,53 +1260,31 @@ def scenarios() -> list[str]:
     Returns the names of the built-in scenarios, in a suggested reading order.
     """
 
-def standoff_distance(spread_m: ArrayLike, *, spread_rate_m_s: ArrayLike | None = None, margin_m: ArrayLike | None = None, parameters: Parameters | None = None) -> StandoffDistance:
+def standoff_distance(spread_m: ArrayLike, *, spread_rate_m_s: ArrayLike | None = None, margin_m: ArrayLike | None = None, mission: MissionInfo | None = None) -> StandoffDistance:
     """
     Computes the standoff distance at which the furthest member of a group lies inside the field of view (15).
 
-    :param spread_m: shape (...), distance d_max from the centre to the furthest member, m.
-    :param spread_rate_m_s: shape (...), rate of change of d_max, m/s; 0 by default.
-    :param margin_m: shape (...), margin d_m, m; 0 by default.
-    :param parameters: uses field_of_view_rad, field_of_view_margin_rad, radius_min_m, radius_max_m; ``Parameters()``
-        by default.
+    :param spread_m: shape (n,) or (), distance d_max from the centre to the furthest member, m, between 0 and 1e9.
+    :param spread_rate_m_s: shape (n,) or (), rate of change of d_max, m/s, between -1e6 and 1e6; 0 by default.
+    :param margin_m: shape (n,) or (), margin d_m, m, between 0 and 1e9; 0 by default.
+    :param mission: mission whose field of view and bounds of the radius apply; by default the recommended parameters.
     :returns: the distances with and without bounds, and their rates.
     :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
     """
 
-def steer(uav_position_m: ArrayLike, heading_rad: ArrayLike, centre_m: ArrayLike, *, distance_m: ArrayLike, rate_m_s: ArrayLike | None = None, steered_radius_m: ArrayLike | None = None, steered_rate_m_s: ArrayLike | None = None, centre_velocity_m_s: ArrayLike | None = None, speed_m_s: ArrayLike | None = None, uav_speed_m_s: ArrayLike | None = None, turn_rate_rad_s: ArrayLike | None = None, parameters: Parameters | None = None) -> Steering:
+def steer(uav_state: ArrayLike, centre: ArrayLike, distance_m: ArrayLike, *, rate_m_s: ArrayLike | None = None, speed_m_s: ArrayLike | None = None, mission: MissionInfo | None = None) -> Steering:
     """
     Steers UAVs onto orbits: computes the vector field about a moving centre and the turn rate of the Lyapunov law
     (23-25, 28, 29).
 
-    :param uav_position_m: shape (..., 2), east and north, m.
-    :param heading_rad: shape (...), heading of the UAV, rad anticlockwise from east.
-    :param centre_m: shape (..., 2), estimated centre of the orbit, east and north, m.
-    :param distance_m: shape (...), standoff distance r_d, m.
-    :param rate_m_s: shape (...), rate of r_d, m/s; 0 by default.
-    :param steered_radius_m: shape (...), radius to steer for (22), from :func:`steered_radius`, m; distance_m by
-        default.
-    :param steered_rate_m_s: shape (...), rate of that radius, m/s; rate_m_s by default.
-    :param centre_velocity_m_s: shape (..., 2), velocity of the centre, east and north, m/s; 0 by default.
-    :param speed_m_s: shape (...), commanded ground speed, m/s; speed_m_s of the parameters by default.
-    :param uav_speed_m_s: shape (...), current speed, m/s, used only by the law ``"standoff"``; speed_m_s by default.
-    :param turn_rate_rad_s: shape (...), current turn rate, rad/s, used only by the law ``"standoff"``; 0 by default.
-    :param parameters: uses law, orbit_direction, radial_gain, heading_gain_1_s, turn_rate_lag_s, feedforward, speed_m_s;
-        ``Parameters()`` by default.
+    :param uav_state: shape (n, 5) or (5,): x_m, y_m, heading_rad, speed_m_s, turn_rate_rad_s, between -1e9 and 1e9.
+    :param centre: shape (n, 4) or (4,), estimated centre of the orbit: x_m, y_m, vx_m_s, vy_m_s, between -1e9 and 1e9.
+    :param distance_m: shape (n,) or (), radius of the orbit, m, between 1e-3 and 1e9.
+    :param rate_m_s: shape (n,) or (), rate of that radius, m/s, between -1e6 and 1e6; 0 by default.
+    :param speed_m_s: shape (n,) or (), commanded ground speed, m/s, between 1e-3 and 1e6; that of the mission by default.
+    :param mission: mission whose law, gains, direction of orbits and aircraft apply; by default the recommended
+        parameters.
     :returns: the turn rate and its intermediate values.
-    :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
-    """
-
-def steered_radius(distance_m: ArrayLike, rate_m_s: ArrayLike, *, speed_m_s: ArrayLike | None = None, parameters: Parameters | None = None) -> tuple[NDArray[float64], NDArray[float64]]:
-    """
-    Computes the radius that the guidance steers for while the standoff distance changes: active measure 2 (22), limited
-    to the bounds.
-
-    :param distance_m: shape (...), standoff distance r_d, m.
-    :param rate_m_s: shape (...), rate of r_d, m/s.
-    :param speed_m_s: shape (...), speed relative to the centre, on which the lead time may depend, m/s; speed_m_s of
-        the parameters by default.
-    :param parameters: uses law, lead_s, radial_gain, radius_min_m, radius_max_m; ``Parameters()`` by default.
-    :returns: radius, shape (...), m, and its rate, shape (...), m/s; the rate is 0 at a bound.
     :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
     """
 

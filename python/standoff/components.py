@@ -1,9 +1,9 @@
-"""The library's components on NumPy arrays: track filter, standoff distance and turn-rate law.
+"""The library's track filter, standoff distance and turn-rate law on NumPy arrays, for custom laws.
 
-Arguments are anything that NumPy converts to arrays (lists, integers, any strides). Leading axes broadcast by NumPy's
-rules, and results are arrays. Frame: x east, y north, metres; angles in radians, anticlockwise from east; the unit is the
-suffix of a name. :class:`Parameters` contains numbers such as gains; the defaults are the recommended parameters, which
-scenarios use by default.
+Arguments are anything that NumPy converts to arrays of real numbers. Each has a row for each of n items, or a single row
+for all of them. Frame: x east, y north, metres; angles in radians, anticlockwise from east; the unit is the suffix of a
+name. The parameters, such as gains, are those of ``mission``, the :class:`standoff.MissionInfo` of a law; by default the
+recommended ones, which scenarios use by default.
 
 Two UAVs orbit a group whose furthest member is 100 m from the centre; the turn rates that the law commands, if the
 UAVs turn at 0.133 rad/s:
@@ -12,29 +12,12 @@ UAVs turn at 0.133 rad/s:
 >>> orbit = components.standoff_distance(100, margin_m=50)
 >>> print(orbit.distance_m.round(3))
 300.0
->>> steering = components.steer(
-...     [[380, 60], [80, -240]], [1.5, 0.0], [80, 60], distance_m=orbit.distance_m, turn_rate_rad_s=0.133
-... )
+>>> uav_state = [[380, 60, 1.5, 40, 0.133], [80, -240, 0.0, 40, 0.133]]
+>>> steering = components.steer(uav_state, [80, 60, 0, 0], orbit.distance_m)
 >>> print(steering.turn_rate_rad_s.round(3))
 [0.266 0.134]
 """
 
-from standoff._standoff import (
-    Filter,
-    Parameters,
-    StandoffDistance,
-    Steering,
-    steered_radius,
-    standoff_distance,
-    steer,
-)
+from standoff._standoff import Filter, StandoffDistance, Steering, standoff_distance, steer
 
-__all__ = [
-    "Filter",
-    "Parameters",
-    "StandoffDistance",
-    "Steering",
-    "steered_radius",
-    "standoff_distance",
-    "steer",
-]
+__all__ = ["Filter", "StandoffDistance", "Steering", "standoff_distance", "steer"]

@@ -467,12 +467,9 @@ class Estimating(Law):
     def decide(self, own: Observation) -> Command:
         if own.cues:
             cue = own.cues[0]
-            self.filter = components.Filter.of_cues(
-                [[cue.x_m, cue.y_m]],
-                [[cue.vx_m_s, cue.vy_m_s]],
-                position_sd_m=cue.position_sd_m,
-                velocity_sd_m_s=cue.velocity_sd_m_s,
-            )
+            variance = np.square([cue.position_sd_m, cue.velocity_sd_m_s, 0.2] * 2)
+            state = [cue.x_m, cue.vx_m_s, 0.0, cue.y_m, cue.vy_m_s, 0.0]
+            self.filter = components.Filter(state, np.diag(variance), mission=self.mission)
         elif self.filter is not None:
             self.filter.predict(self.mission.period_s)
             if own.scan is not None and len(own.scan.range_m) > 0:
@@ -502,9 +499,9 @@ def test_estimates_of_a_law_are_scored() -> None:
     [
         (([0], np.zeros((1, 5)), np.zeros((1, 6, 6))), r"state has the shape \(1, 5\)"),
         (([0], np.full((1, 6), np.nan), np.zeros((1, 6, 6))), r"state\[0, 0\] = NaN"),
-        (([-3], np.zeros((1, 6)), np.zeros((1, 6, 6))), "target = -3: must be between 0"),
-        (([0.5], np.zeros((1, 6)), np.zeros((1, 6, 6))), "target"),
-        (([0, 1, 2], np.zeros((2, 6)), np.zeros((2, 6, 6))), "leading axes"),
+        (([-3], np.zeros((1, 6)), np.zeros((1, 6, 6))), r"target\[0\] = -3: must be at least 0 and at most 4294967295"),
+        (([0.5], np.zeros((1, 6)), np.zeros((1, 6, 6))), "target = 0.5: must be a whole number"),
+        (([0, 1, 2], np.zeros((2, 6)), np.zeros((2, 6, 6))), "state has 2 rows, but target has 3"),
     ],
 )
 def test_invalid_tracks_are_errors(arguments: Any, message: str) -> None:

@@ -4,8 +4,6 @@
 pub(crate) mod array;
 mod filter;
 mod guidance;
-mod parameters;
 
 pub(crate) use filter::Filter;
-pub(crate) use guidance::{StandoffDistance, Steering, standoff_distance, steer, steered_radius};
-pub(crate) use parameters::Parameters;
+pub(crate) use guidance::{StandoffDistance, Steering, standoff_distance, steer};

@@ -26,7 +26,7 @@ mod _standoff {
     #[pymodule_export]
     use super::comparison::{Comparison, compare};
     #[pymodule_export]
-    use super::components::{Filter, Parameters, StandoffDistance, Steering, standoff_distance, steer, steered_radius};
+    use super::components::{Filter, StandoffDistance, Steering, standoff_distance, steer};
     #[pymodule_export]
     use super::envs::{EnvStep, Worlds, observation_features};
     #[pymodule_export]

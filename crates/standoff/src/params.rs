@@ -1,8 +1,7 @@
 //! Parameters that all UAVs of a team share: limits, filters, groups and guidance law.
 //!
 //! This file declares each of them once, with name, unit, range, values of the presets, meaning and scenario key.
-//! [`TeamParams::table`] lists them for programs: the scenario loader, its JSON schema and the Python package read that
-//! list.
+//! [`TeamParams::table`] lists them for programs: the scenario loader and its JSON schema read that list.
 
 #[macro_use]
 mod declare;
@@ -500,11 +499,6 @@ pub struct ParamInfo {
 }
 
 impl ParamInfo {
-    /// Name of the field: the last part of the path.
-    pub fn name(&self) -> &'static str {
-        self.path.rsplit('.').next().unwrap_or(self.path)
-    }
-
     /// Returns the meaning, as one line; without unit and range.
     pub fn doc(&self) -> String {
         one_line(self.doc)

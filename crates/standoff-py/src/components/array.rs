@@ -1,34 +1,29 @@
 //! Arguments and results as NumPy arrays.
 //!
-//! An argument is anything that NumPy converts to an array of real numbers: lists, integers, any strides and byte
-//! order. It is copied, so that other threads cannot change it while the GIL is released, and broadcast over the
-//! leading axes of all arguments by NumPy's rules.
+//! An argument is anything that NumPy converts to an array of real numbers. It has a row for each of n items, or a single
+//! row for all of them.
 
 use std::convert::Infallible;
 
-use numpy::ndarray::{ArrayD, ArrayViewD, IxDyn};
-use numpy::{Element, IntoPyArray, PyArrayDyn, PyArrayMethods, PyUntypedArray};
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use numpy::ndarray::{ArrayD, IxDyn};
+use numpy::{Element, IntoPyArray, PyArrayDyn, PyArrayMethods};
+use pyo3::exceptions::PyValueError;
 #[cfg(feature = "stubs")]
 use pyo3::inspect::PyStaticExpr;
 use pyo3::prelude::*;
 #[cfg(feature = "stubs")]
-use pyo3::{type_hint_identifier, type_hint_subscript};
+use pyo3::type_hint_identifier;
 use standoff::validation::Allowed;
-use standoff::{Position, Velocity};
 
 use crate::exceptions::{InputError, StandoffError};
 
-/// Allowed coordinates, m. A coordinate beyond a million kilometres is a mistake, and its square could not resolve
-/// metres.
+/// Allowed coordinates, m, and components of states. A coordinate beyond a million kilometres is a mistake, and its
+/// square could not resolve metres.
 pub(crate) const COORDINATE_M: Allowed = Allowed::at_least(-1e9).at_most(1e9);
 /// Allowed distances, m.
 pub(crate) const DISTANCE_M: Allowed = Allowed::at_least(0.0).at_most(1e9);
-/// Allowed velocities and other rates, per second.
-pub(crate) const RATE: Allowed = Allowed::at_least(-1e6).at_most(1e6);
-
-/// Maximum number of rows per call; their results fit into a few gigabytes.
-const ROWS_MAX: usize = 10_000_000;
+/// Allowed rates of distances, m/s.
+pub(crate) const RATE_M_S: Allowed = Allowed::at_least(-1e6).at_most(1e6);
 
 /// An array argument before any check.
 pub(crate) struct Given<'py>(Bound<'py, PyAny>);
@@ -44,314 +39,155 @@ impl<'py> FromPyObject<'_, 'py> for Given<'py> {
     }
 }
 
-/// Element type of an array.
-pub(crate) trait Kind: Element + Copy + Send + Sync {
-    /// NumPy kind codes of the types that can be converted to this one.
-    const LETTERS: &'static str;
-    /// NumPy name of the type.
-    const NAME: &'static str;
-    /// Description for error messages.
-    const EXPECTED: &'static str;
-    /// Type hint of a result array in the stubs.
-    #[cfg(feature = "stubs")]
-    const OUTPUT_TYPE: PyStaticExpr;
-}
-
-macro_rules! kind {
-    ($rust:ty, $letters:literal, $name:literal, $scalar:literal, $expected:literal) => {
-        impl Kind for $rust {
-            const LETTERS: &'static str = $letters;
-            const NAME: &'static str = $name;
-            const EXPECTED: &'static str = $expected;
-            #[cfg(feature = "stubs")]
-            const OUTPUT_TYPE: PyStaticExpr = type_hint_subscript!(
-                type_hint_identifier!("numpy.typing", "NDArray"),
-                type_hint_identifier!("numpy", $scalar)
-            );
-        }
-    };
-}
-
-kind!(f64, "fiu", "float64", "float64", "real numbers");
-kind!(i64, "iu", "int64", "int64", "integers");
-kind!(bool, "b", "bool", "bool_", "True and False");
-
-/// An argument as rows of K values each, over leading axes.
-#[derive(Clone)]
-pub(crate) struct Rows<T, const K: usize> {
+/// An argument of any shape.
+pub(crate) struct Numbers {
     name: &'static str,
-    /// Shape of the argument.
-    own: Vec<usize>,
-    /// Number of trailing axes that form a row.
-    row_axes: usize,
-    /// Leading axes, after broadcasting if [`Rows::over`] was called.
-    lead: Vec<usize>,
-    /// Values, row by row; a single row applies to all rows.
-    values: Vec<T>,
+    shape: Vec<usize>,
+    /// Values in row-major order. They are a copy, which other threads cannot change.
+    pub(crate) values: Vec<f64>,
 }
 
-impl<T: Kind, const K: usize> Rows<T, K> {
-    /// Reads an argument of a shape such as `..., k, 2`: any axes, one axis of any length, one of length 2. The
-    /// trailing axes that are given as numbers form a row.
-    pub(crate) fn read(given: &Given<'_>, name: &'static str, axes: &'static str) -> PyResult<Self> {
-        let (own, values) = elements(given, name)?;
-        let expected: Vec<&str> = axes.split(", ").collect();
-        let (any, fixed) = match expected.as_slice() {
-            ["...", fixed @ ..] => (true, fixed),
-            fixed => (false, fixed),
-        };
-        let fits = |(length, axis): (&usize, &&str)| axis.parse().map_or(true, |expected: usize| *length == expected);
-        let is_as_expected = (own.len() == fixed.len() || any && own.len() > fixed.len())
-            && own[own.len() - fixed.len()..].iter().zip(fixed).all(fits);
-        if !is_as_expected {
-            return Err(InputError::new_err(format!("{name} has the shape {}: expected ({axes})", shape(&own))));
+impl Numbers {
+    pub(crate) fn read(given: &Given<'_>, name: &'static str) -> PyResult<Self> {
+        let (given, py) = (&given.0, given.0.py());
+        let numpy = py.import("numpy")?;
+        if numpy.getattr("ma")?.call_method1("isMaskedArray", (given,))?.is_truthy()? {
+            return Err(InputError::new_err(format!("{name} is a masked array: must be an ordinary array")));
         }
-        let row_axes = fixed.iter().rev().take_while(|axis| axis.parse::<usize>().is_ok()).count();
-        let lead = own[..own.len() - row_axes].to_vec();
-        Ok(Self { name, own, row_axes, lead, values })
-    }
-
-    /// Reads an optional argument.
-    pub(crate) fn read_if(given: Option<&Given<'_>>, name: &'static str, axes: &'static str) -> PyResult<Option<Self>> {
-        given.map(|given| Self::read(given, name, axes)).transpose()
-    }
-
-    /// Returns the argument, or `row` for all rows if it is missing.
-    pub(crate) fn or(given: Option<Self>, name: &'static str, row: [T; K]) -> Self {
-        let values = row.to_vec();
-        given.unwrap_or_else(|| Self { name, own: vec![K], row_axes: 1, lead: Vec::new(), values })
-    }
-
-    /// Name and leading axes, for [`common`].
-    pub(crate) fn axes(&self) -> (&'static str, &[usize]) {
-        (self.name, &self.lead)
-    }
-
-    /// Broadcasts the argument over the leading axes that [`common`] returned.
-    pub(crate) fn over(mut self, lead: &[usize]) -> PyResult<Self> {
-        if self.lead != lead && self.values.len() != K {
-            let view = ArrayViewD::from_shape(IxDyn(&self.lead), self.rows()).map_err(bug)?;
-            let spread = view.broadcast(IxDyn(lead)).ok_or_else(|| {
-                let (name, own, lead) = (self.name, shape(&self.lead), shape(lead));
-                InputError::new_err(format!("{name} has the leading axes {own}: expected {lead}"))
-            })?;
-            self.values = spread.iter().flatten().copied().collect();
+        let array = numpy.call_method1("asarray", (given,)).map_err(|error| {
+            let is_about_values = error.is_instance_of::<PyValueError>(py);
+            let what = || format!("{name} is not an array of real numbers: {}", error.value(py));
+            if is_about_values { InputError::new_err(what()) } else { error }
+        })?;
+        let dtype = array.getattr("dtype")?;
+        if !["f", "i", "u"].contains(&dtype.getattr("kind")?.extract()?) {
+            return Err(InputError::new_err(format!("{name} is of type {dtype}: must be real numbers")));
         }
-        self.lead = lead.to_vec();
-        Ok(self)
+        let array = array.call_method1("astype", ("float64",))?.cast_into::<PyArrayDyn<f64>>()?.to_owned_array();
+        Ok(Self { name, shape: array.shape().to_vec(), values: array.into_iter().collect() })
     }
 
-    fn rows(&self) -> &[[T; K]] {
-        self.values.as_chunks().0
+    /// Checks that the shape is `expected`, which `what` explains.
+    pub(crate) fn of_shape(self, expected: &[usize], what: &str) -> PyResult<Self> {
+        if self.shape == expected { Ok(self) } else { Err(self.wrong_shape(&format!("{}, {what}", shape(expected)))) }
     }
 
-    /// Returns the row with this index.
-    #[inline]
-    pub(crate) fn at(&self, index: usize) -> [T; K] {
-        let rows = self.rows();
-        if rows.len() == 1 { rows[0] } else { rows[index] }
+    fn wrong_shape(&self, expected: &str) -> PyErr {
+        InputError::new_err(format!("{} has the shape {}: must be {expected}", self.name, shape(&self.shape)))
     }
 
-    /// Index of an element in the caller's array, for messages: `name[1, 0]`.
-    fn place(&self, row: usize, column: usize) -> String {
-        let sizes = |axes: &[usize], mut flat: usize| {
-            let mut index: Vec<usize> = axes.iter().rev().map(|n| (flat % n, flat /= n).0).collect();
-            index.reverse();
-            index
-        };
-        let (own_lead, own_row) = self.own.split_at(self.own.len() - self.row_axes);
-        let rows = sizes(&self.lead, row);
-        let skipped = rows.len().saturating_sub(own_lead.len());
-        let own_rows = own_lead.iter().zip(&rows[skipped..]).map(|(n, at)| if *n == 1 { 0 } else { *at });
-        let index: Vec<usize> = own_rows.chain(sizes(own_row, column)).collect();
-        match index.as_slice() {
-            [] => self.name.to_owned(),
-            index => format!("{}{index:?}", self.name),
-        }
+    /// Checks the range of all values.
+    fn within(self, allowed: Allowed) -> PyResult<Self> {
+        self.each(|value| allowed.contains(value), &allowed.to_string())
     }
-}
 
-impl<const K: usize> Rows<f64, K> {
-    /// Checks the range of all values, only in the rows marked in `used` if it is given.
-    pub(crate) fn within(self, allowed: Allowed, used: Option<&Rows<bool, 1>>) -> PyResult<Self> {
-        let is_used = |row: usize| used.is_none_or(|used| used.at(row)[0]);
-        let rows = self.rows().len();
-        let is_wrong = |row: &[f64; K]| !row.iter().all(|value| allowed.contains(*value));
-        // A single row that applies to all rows is used if any row is used.
-        let (count, one) = (self.lead.iter().product::<usize>(), rows == 1);
-        let wrong = if one && self.rows().first().is_some_and(is_wrong) {
-            (0..count).find(|row| is_used(*row))
-        } else {
-            self.rows().iter().enumerate().position(|(index, row)| is_wrong(row) && is_used(index))
-        };
-        let Some(row) = wrong else { return Ok(self) };
-        let values = self.at(row);
-        let column = values.iter().position(|value| !allowed.contains(*value)).unwrap_or(0);
-        let (place, value) = (self.place(row, column), values[column]);
-        Err(InputError::new_err(format!("{place} = {value}: must be {allowed}")))
+    /// Checks the range of all values. NaN marks a missing value.
+    pub(crate) fn within_or_nan(self, allowed: Allowed) -> PyResult<Self> {
+        let expected = format!("{allowed}, or NaN if there is no measurement");
+        self.each(|value| value.is_nan() || allowed.contains(value), &expected)
+    }
+
+    fn each(self, is_allowed: impl Fn(f64) -> bool, expected: &str) -> PyResult<Self> {
+        let Some(mut flat) = self.values.iter().position(|value| !is_allowed(*value)) else { return Ok(self) };
+        let value = self.values[flat];
+        let mut index: Vec<usize> = self.shape.iter().rev().map(|length| (flat % length, flat /= length).0).collect();
+        index.reverse();
+        let place = if index.is_empty() { String::new() } else { format!("{index:?}") };
+        Err(InputError::new_err(format!("{}{place} = {value}: must be {expected}", self.name)))
     }
 }
 
-impl Rows<f64, 2> {
-    #[inline]
-    pub(crate) fn position(&self, index: usize) -> Position {
-        let [x_m, y_m] = self.at(index);
-        Position::from_m(x_m, y_m)
-    }
+/// K numbers for each item, or one row of them for all items.
+pub(crate) struct Rows<const K: usize>(Vec<[f64; K]>);
 
-    #[inline]
-    pub(crate) fn velocity(&self, index: usize) -> Velocity {
-        let [x_m_s, y_m_s] = self.at(index);
-        Velocity::from_m_s(x_m_s, y_m_s)
+impl<const K: usize> Rows<K> {
+    /// Returns the row of an item.
+    pub(crate) fn at(&self, item: usize) -> [f64; K] {
+        self.0[if self.0.len() == 1 { 0 } else { item }]
     }
 }
 
-impl<T: Kind> Rows<T, 1> {
-    #[inline]
-    pub(crate) fn one(&self, index: usize) -> T {
-        let [value] = self.at(index);
-        value
+impl Rows<1> {
+    /// Returns the number of an item.
+    pub(crate) fn one(&self, item: usize) -> f64 {
+        self.at(item)[0]
     }
 }
 
-/// Broadcasts the leading axes of all arguments by NumPy's rules: starting from the last axis, lengths must be equal or
-/// 1.
-pub(crate) fn common(all: &[(&'static str, &[usize])]) -> PyResult<Vec<usize>> {
-    let mut lead: Vec<usize> = Vec::new();
-    let mut first = "";
-    for (name, axes) in all {
-        let added = axes.len().saturating_sub(lead.len());
-        let mut together = lead.clone();
-        together.splice(0..0, axes[..added].iter().copied());
-        let skipped = together.len() - axes.len();
-        for (length, own) in together[skipped..].iter_mut().zip(*axes) {
-            match (*length, *own) {
-                (length, own) if length == own || own == 1 => {}
-                (1, own) => *length = own,
-                _ => {
-                    return Err(InputError::new_err(format!(
-                        "{name} has the leading axes {}, but the arguments before it (from {first} on) have {}: from the \
-                         last axis on, lengths must be equal, or 1",
-                        shape(axes),
-                        shape(&lead)
-                    )));
+/// Reads the arguments of a call, which all describe the same items.
+#[derive(Default)]
+pub(crate) struct Arguments {
+    /// First argument with a row for each item, and the number of its rows.
+    first: Option<(&'static str, usize)>,
+}
+
+impl Arguments {
+    /// Reads an argument. `row` is the shape of a row.
+    pub(crate) fn read<const K: usize>(
+        &mut self,
+        given: &Given<'_>,
+        name: &'static str,
+        row: &[usize],
+        allowed: Allowed,
+    ) -> PyResult<Rows<K>> {
+        let numbers = Numbers::read(given, name)?;
+        match numbers.shape.strip_suffix(row) {
+            Some([]) => {}
+            Some([count]) => {
+                let (first, expected) = *self.first.get_or_insert((name, *count));
+                if *count != expected {
+                    let what = format!("{name} has {count} rows, but {first} has {expected}: must be equal");
+                    return Err(InputError::new_err(what));
                 }
             }
+            _ => {
+                let several: String = row.iter().map(|length| format!(" {length},")).collect();
+                let several = several.strip_suffix(',').unwrap_or_default();
+                return Err(numbers.wrong_shape(&format!("(n,{several}), or {} for all n", shape(row))));
+            }
         }
-        lead = together;
-        first = if first.is_empty() { name } else { first };
+        Ok(Rows(numbers.within(allowed)?.values.as_chunks().0.to_vec()))
     }
-    let rows = lead.iter().try_fold(1usize, |product, length| product.checked_mul(*length));
-    if rows.is_none_or(|rows| rows > ROWS_MAX) {
-        let lead = shape(&lead);
-        let what = format!("{lead} has too many rows: at most {ROWS_MAX} per call; split the arrays");
-        return Err(InputError::new_err(what));
+
+    /// Reads an optional number, which is `or` for all items if it is missing.
+    pub(crate) fn read_or(
+        &mut self,
+        given: Option<&Given<'_>>,
+        name: &'static str,
+        allowed: Allowed,
+        or: f64,
+    ) -> PyResult<Rows<1>> {
+        given.map_or(Ok(Rows(vec![[or]])), |given| self.read(given, name, &[], allowed))
     }
-    Ok(lead)
+
+    /// Number of items; `None` if every argument has a single row.
+    pub(crate) fn count(&self) -> Option<usize> {
+        self.first.map(|(_, count)| count)
+    }
 }
 
-/// Computes the results row by row without the GIL and checks for Ctrl-C every `rows_per_check` rows.
-pub(crate) fn each<T: Send>(
+/// Makes a result array with a row of shape `row` for each of `count` items, or a single row.
+pub(crate) fn made<T: Element>(
     py: Python<'_>,
-    rows: usize,
-    rows_per_check: usize,
-    mut row: impl FnMut(usize) -> T + Send,
-) -> PyResult<Vec<T>> {
-    let mut results = Vec::with_capacity(rows);
-    while results.len() < rows {
-        py.check_signals()?;
-        let next = results.len()..rows.min(results.len() + rows_per_check.max(1));
-        py.detach(|| results.extend(next.map(&mut row)));
-    }
-    Ok(results)
+    count: Option<usize>,
+    row: &[usize],
+    values: impl Iterator<Item = T>,
+) -> PyResult<Py<PyArrayDyn<T>>> {
+    let shape: Vec<usize> = count.into_iter().chain(row.iter().copied()).collect();
+    let array = ArrayD::from_shape_vec(IxDyn(&shape), values.collect());
+    Ok(array.map_err(|error| StandoffError::new_err(error.to_string()))?.into_pyarray(py).unbind())
 }
 
-/// Number of rows between two checks for Ctrl-C, if a row takes little time.
-pub(crate) const PATIENCE: usize = 100_000;
-
-/// A result array.
-#[derive(Debug)]
-pub(crate) struct Made<T>(Py<PyArrayDyn<T>>);
-
-impl<T: Kind> Made<T> {
-    /// Makes an array of shape `lead` followed by `row`.
-    pub(crate) fn of(py: Python<'_>, lead: &[usize], row: &[usize], values: Vec<T>) -> PyResult<Self> {
-        let array = ArrayD::from_shape_vec(IxDyn(&[lead, row].concat()), values).map_err(bug)?;
-        Ok(Self(array.into_pyarray(py).unbind()))
-    }
-}
-
-impl<'py, T: Kind> IntoPyObject<'py> for Made<T> {
-    type Target = PyArrayDyn<T>;
-    type Output = Bound<'py, PyArrayDyn<T>>;
-    type Error = Infallible;
-
-    #[cfg(feature = "stubs")]
-    const OUTPUT_TYPE: PyStaticExpr = <T as Kind>::OUTPUT_TYPE;
-
-    fn into_pyobject(self, py: Python<'py>) -> Result<Self::Output, Self::Error> {
-        Ok(self.0.into_bound(py))
-    }
-}
-
-impl<'py, T: Kind> IntoPyObject<'py> for &Made<T> {
-    type Target = PyArrayDyn<T>;
-    type Output = Bound<'py, PyArrayDyn<T>>;
-    type Error = Infallible;
-
-    #[cfg(feature = "stubs")]
-    const OUTPUT_TYPE: PyStaticExpr = <T as Kind>::OUTPUT_TYPE;
-
-    fn into_pyobject(self, py: Python<'py>) -> Result<Self::Output, Self::Error> {
-        Ok(self.0.bind(py).clone())
-    }
-}
-
-/// Converts an argument to its shape and its elements in row-major order.
-fn elements<T: Kind>(given: &Given<'_>, name: &str) -> PyResult<(Vec<usize>, Vec<T>)> {
-    let given = &given.0;
-    let py = given.py();
-    let is_plain = given.cast_exact::<PyUntypedArray>().is_ok();
-    if !is_plain && given.cast::<PyUntypedArray>().is_ok() && given.hasattr("mask")? {
-        let what = format!("{name} is a masked array: pass its data, and its mask as mask= if there is one");
-        return Err(InputError::new_err(what));
-    }
-    if is_plain && let Ok(array) = given.cast::<PyArrayDyn<T>>() {
-        return copied(array);
-    }
-    let as_array = py.import("numpy")?.getattr("asarray")?.call1((given,)).map_err(|error| {
-        let is_about_values = error.is_instance_of::<PyValueError>(py) || error.is_instance_of::<PyTypeError>(py);
-        let what = || format!("{name} is not an array of {}: {}", T::EXPECTED, error.value(py));
-        if is_about_values { InputError::new_err(what()) } else { error }
-    })?;
-    let dtype = as_array.getattr("dtype")?;
-    let letter: String = dtype.getattr("kind")?.extract()?;
-    let is_empty = as_array.getattr("size")?.extract::<usize>()? == 0;
-    // The type of an empty list is not known.
-    let is_of_kind = T::LETTERS.contains(&letter) || is_empty && "fiub".contains(&letter);
-    if !is_of_kind {
-        return Err(InputError::new_err(format!("{name} is of type {dtype}: expected {}", T::EXPECTED)));
-    }
-    let array = as_array.call_method1("astype", (T::NAME,))?;
-    copied(array.cast::<PyArrayDyn<T>>()?)
-}
-
-fn copied<T: Kind>(array: &Bound<'_, PyArrayDyn<T>>) -> PyResult<(Vec<usize>, Vec<T>)> {
-    let array = array.try_readonly().map_err(|error| StandoffError::new_err(error.to_string()))?;
-    let view = array.as_array();
-    let values = view.as_slice().map_or_else(|| view.iter().copied().collect(), <[T]>::to_vec);
-    Ok((view.shape().to_vec(), values))
+/// Returns the upper triangle of a symmetric 6x6 matrix, row by row.
+pub(crate) fn upper_triangle(matrix: &[f64; 36]) -> [f64; 21] {
+    let mut places = (0..6).flat_map(|row| (row..6).map(move |column| 6 * row + column));
+    std::array::from_fn(|_| places.next().map_or(0.0, |place| matrix[place]))
 }
 
 /// Formats a shape like Python does.
-pub(crate) fn shape(of: &[usize]) -> String {
+fn shape(of: &[usize]) -> String {
     match of {
         [one] => format!("({one},)"),
         axes => format!("({})", axes.iter().map(usize::to_string).collect::<Vec<_>>().join(", ")),
     }
-}
-
-/// An error that only a bug can cause.
-fn bug(error: impl ToString) -> PyErr {
-    StandoffError::new_err(error.to_string())
 }

@@ -7,8 +7,8 @@ use standoff::coordination::assignment::AvailableUav;
 use standoff::coordination::assignment::CandidateGroup;
 use standoff::validation::Allowed;
 use standoff::{
-    AgentOutput, Cue, GroupedTrack, Membership, Report, TeamState as AgentTeamState, Time, TrackStatus, TrafficReport,
-    UavState,
+    AgentOutput, Cue, GroupedTrack, Membership, Report, TeamParams, TeamState as AgentTeamState, Time, TrackStatus,
+    TrafficReport, UavState,
 };
 use standoff_sim::scenario::Scenario;
 
@@ -16,36 +16,52 @@ use crate::common_args::{Whole, small};
 use crate::exceptions::InputError;
 
 /// Information about a scenario that the team may use: UAV limits, sensor, orbits and zones.
-#[pyclass(frozen, get_all, module = "standoff")]
+#[pyclass(frozen, module = "standoff")]
 pub(crate) struct MissionInfo {
     /// UAV for which the law decides; None: all UAVs.
+    #[pyo3(get)]
     uav: Option<u32>,
     /// Number of UAVs; their ids start at 0.
+    #[pyo3(get)]
     uavs: usize,
     /// Length of a time step, s.
+    #[pyo3(get)]
     period_s: f64,
     /// Duration of the mission, s.
+    #[pyo3(get)]
     duration_s: f64,
     /// Nominal speed, m/s.
+    #[pyo3(get)]
     speed_m_s: f64,
     /// Maximum difference of a commanded speed from the nominal speed, m/s.
+    #[pyo3(get)]
     speed_change_max_m_s: f64,
     /// Maximum turn rate, rad/s.
+    #[pyo3(get)]
     turn_rate_max_rad_s: f64,
     /// Sensing range, m.
+    #[pyo3(get)]
     sensing_range_m: f64,
     /// Field of view of the sensors, full angle, rad.
+    #[pyo3(get)]
     field_of_view_rad: f64,
     /// Standard deviation of measured ranges, m.
+    #[pyo3(get)]
     range_sd_m: f64,
     /// Standard deviation of measured bearings, rad.
+    #[pyo3(get)]
     bearing_sd_rad: f64,
     /// Smallest orbit radius, m.
+    #[pyo3(get)]
     radius_min_m: f64,
     /// Largest orbit radius, m.
+    #[pyo3(get)]
     radius_max_m: f64,
     /// Keep-out and keep-in zones of the scenario.
+    #[pyo3(get)]
     zones: Vec<Py<Zone>>,
+    /// Parameters of the team, for `standoff.components`.
+    team: TeamParams,
 }
 
 /// A keep-out or keep-in zone: a polygon that UAVs must not enter, or must not leave, between two altitudes.
@@ -100,7 +116,13 @@ impl MissionInfo {
             radius_min_m: standoff.radius_min_m,
             radius_max_m: standoff.radius_max_m,
             zones: zones.collect::<PyResult<_>>()?,
+            team: settings.team,
         })
+    }
+
+    /// Returns the parameters of a mission, or the recommended ones.
+    pub(crate) fn params(mission: Option<&Bound<'_, Self>>) -> TeamParams {
+        mission.map_or_else(TeamParams::recommended, |mission| mission.get().team)
     }
 }
 

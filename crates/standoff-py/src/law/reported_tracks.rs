@@ -5,7 +5,7 @@ use standoff_sim::controller::{TrackRow, TrackStatus};
 
 use standoff::validation::Allowed;
 
-use crate::components::array::{Given, Rows, common};
+use crate::components::array::{Arguments, Given, upper_triangle};
 use crate::exceptions::InputError;
 
 /// Target estimates of a custom law. The optional method ``tracks`` of a law returns them, so that they are scored.
@@ -23,28 +23,25 @@ pub(crate) struct Tracks {
 impl Tracks {
     #[new]
     fn new(target: Given<'_>, state: Given<'_>, covariance: Given<'_>) -> PyResult<Self> {
-        let target = Rows::<i64, 1>::read(&target, "target", "T")?;
-        let state = Rows::<f64, 6>::read(&state, "state", "T, 6")?.within(Allowed::FINITE, None)?;
-        let covariance = Rows::<f64, 36>::read(&covariance, "covariance", "T, 6, 6")?.within(Allowed::FINITE, None)?;
-        let lead = common(&[target.axes(), state.axes(), covariance.axes()])?;
-        let (target, state, covariance) = (target.over(&lead)?, state.over(&lead)?, covariance.over(&lead)?);
+        let mut arguments = Arguments::default();
+        let target = arguments.read(&target, "target", &[], Allowed::at_least(0.0).at_most(u32::MAX.into()))?;
+        let state = arguments.read(&state, "state", &[6], Allowed::FINITE)?;
+        let covariance = arguments.read(&covariance, "covariance", &[6, 6], Allowed::FINITE)?;
         let row = |index: usize| {
             let number = target.one(index);
-            let wrong = || InputError::new_err(format!("target = {number}: must be between 0 and {}", u32::MAX));
-            let target = u32::try_from(number).map_err(|_| wrong())?;
-            let whole = covariance.at(index);
-            let mut upper = [0.0; 21];
-            let places = (0..6).flat_map(|row| (row..6).map(move |column| 6 * row + column));
-            upper.iter_mut().zip(places).for_each(|(to, from)| *to = whole[from]);
+            if number.fract() != 0.0 {
+                return Err(InputError::new_err(format!("target = {number}: must be a whole number")));
+            }
+            let target = number as u32;
             Ok(TrackRow {
                 target,
                 track: target,
                 status: TrackStatus::Updated,
                 state: state.at(index),
-                covariance: upper,
+                covariance: upper_triangle(&covariance.at(index)),
                 ..TrackRow::default()
             })
         };
-        Ok(Self { rows: (0..lead.iter().product()).map(row).collect::<PyResult<_>>()? })
+        Ok(Self { rows: (0..arguments.count().unwrap_or(1)).map(row).collect::<PyResult<_>>()? })
     }
 }

@@ -124,7 +124,7 @@ macro_rules! params {
     };
 }
 
-/// Declares options: enums whose variants have words, which are used in scenario files and in Python.
+/// Declares options: enums whose variants have words, which are used in scenario files.
 macro_rules! words {
     ($(
         $(#[$about:meta])*
