@@ -2,7 +2,7 @@
 
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
-use standoff::tracking::information_filter::{Contribution, InformationFilter};
+use standoff::tracking::information_filter::Contribution;
 use standoff::validation::Allowed;
 use standoff::{
     Angle, Covariance, Duration, Estimate, Position, RangeBearingMeasurement, TargetState, TrackParams, Velocity,
@@ -31,7 +31,7 @@ const RANGE_M: Allowed = Allowed::above(0.0).at_most(1e9);
 #[derive(Debug)]
 pub(crate) struct Filter {
     params: TrackParams,
-    filters: Vec<InformationFilter>,
+    estimates: Vec<Estimate>,
 }
 
 impl Filter {
@@ -42,7 +42,7 @@ impl Filter {
         row: &[usize],
         of: impl Fn(&Estimate) -> V,
     ) -> PyResult<Py<PyArrayDyn<f64>>> {
-        made(py, Some(self.filters.len()), row, self.filters.iter().flat_map(|filter| of(filter.estimate())))
+        made(py, Some(self.estimates.len()), row, self.estimates.iter().flat_map(&of))
     }
 }
 
@@ -60,10 +60,10 @@ impl Filter {
             let covariance = Covariance::from_upper_triangle(&upper_triangle(&covariance.at(target)));
             let state = TargetState::new(Position::from_m(x, y), Velocity::from_m_s(vx, vy), [ax, ay]);
             let wrong = || InputError::new_err(format!("covariance of target {target}: must be positive definite"));
-            InformationFilter::new(Estimate { state, covariance }).ok_or_else(wrong)
+            Estimate { state, covariance }.checked().ok_or_else(wrong)
         };
-        let filters = (0..arguments.count().unwrap_or(1)).map(started).collect::<PyResult<_>>()?;
-        Ok(Self { params: MissionInfo::params(mission).track, filters })
+        let estimates = (0..arguments.count().unwrap_or(1)).map(started).collect::<PyResult<_>>()?;
+        Ok(Self { params: MissionInfo::params(mission).track, estimates })
     }
 
     /// Predicts all estimates over a time step (8, 9).
@@ -77,13 +77,13 @@ impl Filter {
             return Err(InputError::new_err(format!("dt_s = {dt_s}: must be {allowed}")));
         }
         let transition = self.params.transition(Duration::from_s(dt_s));
-        let mut predicted = self.filters.clone();
-        predicted.iter_mut().for_each(|filter| filter.predict(&transition));
-        if let Some(target) = predicted.iter().position(|filter| !filter.is_valid()) {
+        let mut predicted = self.estimates.clone();
+        predicted.iter_mut().for_each(|estimate| estimate.predict(&transition));
+        if let Some(target) = predicted.iter().position(|estimate| !estimate.is_valid()) {
             let what = format!("target {target} has become too uncertain for 64-bit numbers: restart its filter");
             return Err(InputError::new_err(what));
         }
-        self.filters = predicted;
+        self.estimates = predicted;
         Ok(())
     }
 
@@ -107,15 +107,15 @@ impl Filter {
     ) -> PyResult<Py<PyArrayDyn<bool>>> {
         let mut arguments = Arguments::default();
         let uavs = arguments.read(&uav_position_m, "uav_position_m", &[2], COORDINATE_M)?;
-        let (targets, of_each) = (self.filters.len(), arguments.count().unwrap_or(1));
+        let (targets, of_each) = (self.estimates.len(), arguments.count().unwrap_or(1));
         let shape: Vec<usize> = [targets].into_iter().chain(arguments.count()).collect();
         let what = if arguments.count().is_some() { "for targets and UAVs" } else { "for the targets of one UAV" };
         let range_m = Numbers::read(&range_m, "range_m")?.of_shape(&shape, what)?.within_or_nan(RANGE_M)?;
         let bearing_rad = Numbers::read(&bearing_rad, "bearing_rad")?.of_shape(&shape, what)?;
         let bearing_rad = bearing_rad.within_or_nan(Allowed::FINITE)?;
         let sensor = &self.params.sensor;
-        let mut update = |(target, filter): (usize, &mut InformationFilter)| {
-            let predicted = filter.estimate().state.position();
+        let mut update = |(target, estimate): (usize, &mut Estimate)| {
+            let predicted = estimate.state.position();
             let mut sum = None::<Contribution>;
             for uav in 0..of_each {
                 let at = target * of_each + uav;
@@ -129,15 +129,15 @@ impl Filter {
                 }
             }
             let Some(sum) = sum else { return false };
-            let mut updated = *filter;
+            let mut updated = *estimate;
             updated.update(&sum);
             let is_valid = updated.is_valid();
             if is_valid {
-                *filter = updated;
+                *estimate = updated;
             }
             is_valid
         };
-        let is_updated: Vec<bool> = self.filters.iter_mut().enumerate().map(&mut update).collect();
+        let is_updated: Vec<bool> = self.estimates.iter_mut().enumerate().map(&mut update).collect();
         made(py, Some(targets), &[], is_updated.into_iter())
     }
 
