@@ -126,54 +126,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let template = ScenarioTemplate::load(&args.scenario, &overrides).map_err(Failure::Scenario)?;
     let length_s = args.seconds.unwrap_or(LENGTH_MAX_S);
     let scenario = of_length(&template, length_s.into()).map_err(Failure::Scenario)?;
-    let mut params = scenario.settings.team;
-    // Real radios lose messages.
-    params.link = LinkModel::Lossy;
-    let [latitude_deg, longitude_deg] = args.origin;
-    let plane =
-        LocalPlane::about(latitude_deg, longitude_deg).map_err(|error| Failure::Input(format!("--origin: {error}")))?;
-    if let Some((id, _)) = args.teammate.iter().find(|(id, _)| *id == args.uav) {
-        return Err(Failure::Input(format!("--teammate {id}=...: is the id of this UAV; give each UAV another --uav")));
-    }
-    let team = args.teammate.iter().map(|(id, _)| *id).chain([args.uav]);
-    let config = Config {
-        altitude_m: args.altitude.unwrap_or_else(|| default_altitudes_m(&params, team.map(UavId))),
-        params,
-        geofence: scenario.settings.geofence.clone(),
-        uav: UavId(args.uav),
-        restart_count: args.restart_count,
-        system_id: args.system_id,
-        plane,
-        teammates: args.teammate.iter().map(|(id, _)| UavId(*id)).collect(),
-        steer: match args.steer {
-            SteerBy::Roll => Steer::Roll,
-            SteerBy::Course => Steer::Course,
-        },
-        engages_after_restart: args.engage_after_restart,
-    };
-    let devices = Devices {
-        link: args.link.clone(),
-        signing: args.key_file.as_deref().map(|file| key(file, args.signing_link_id)).transpose()?,
-        // Each program with the same key has another link id.
-        time_stamps: args.key_file.as_deref().map(|file| sibling(file, &format!(".link-{}", args.signing_link_id))),
-        feed: args.feed.clone(),
-        listen: args.listen.clone(),
-        teammates: args.teammate.iter().map(|(_, address)| address.clone()).collect(),
-        sumo: args.sumo.clone(),
-        cot: args.cot.clone(),
-    };
-    if devices.signing.is_none() {
-        note(
-            "warning: messages are not signed: every sender that reaches the link can command the aircraft; give --key-file",
-        );
-    }
-    let acceleration_sd_m_s2 = config.params.track.target.acceleration_sd_m_s2;
-    if acceleration_sd_m_s2 < TeamParams::recommended().track.target.acceleration_sd_m_s2 {
-        note(&format!(
-            "warning: filter.acceleration_sd_m_s2 = {acceleration_sd_m_s2}: tracks of targets that turn will be wrong; \
-             set it in the scenario, for example to 0.5"
-        ));
-    }
+    let (config, devices) = (config(args, &scenario)?, devices(args)?);
+    warn(&config, &devices);
     let interruption = Interruption::install()?;
     let duration = args.seconds.map(|s| Duration::from_s(s.into()));
     let Some((recorder, _server)) = begin_record(args, &scenario)? else {
@@ -195,6 +149,66 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         note(&format!("the record of {length_s} s is in {shown}: to print its results, run standoff report {out}"));
     }
     flown.and(recorded.map(|_| ()))
+}
+
+/// Configuration of the companion.
+fn config(args: &Args, scenario: &Scenario) -> Result<Config, Failure> {
+    let mut params = scenario.settings.team;
+    // Real radios lose messages.
+    params.link = LinkModel::Lossy;
+    let [latitude_deg, longitude_deg] = args.origin;
+    let plane =
+        LocalPlane::about(latitude_deg, longitude_deg).map_err(|error| Failure::Input(format!("--origin: {error}")))?;
+    if let Some((id, _)) = args.teammate.iter().find(|(id, _)| *id == args.uav) {
+        return Err(Failure::Input(format!("--teammate {id}=...: is the id of this UAV; give each UAV another --uav")));
+    }
+    let team = args.teammate.iter().map(|(id, _)| *id).chain([args.uav]);
+    Ok(Config {
+        altitude_m: args.altitude.unwrap_or_else(|| default_altitudes_m(&params, team.map(UavId))),
+        params,
+        geofence: scenario.settings.geofence.clone(),
+        uav: UavId(args.uav),
+        restart_count: args.restart_count,
+        system_id: args.system_id,
+        plane,
+        teammates: args.teammate.iter().map(|(id, _)| UavId(*id)).collect(),
+        steer: match args.steer {
+            SteerBy::Roll => Steer::Roll,
+            SteerBy::Course => Steer::Course,
+        },
+        engages_after_restart: args.engage_after_restart,
+    })
+}
+
+/// Links of the companion.
+fn devices(args: &Args) -> Result<Devices, Failure> {
+    Ok(Devices {
+        link: args.link.clone(),
+        signing: args.key_file.as_deref().map(|file| key(file, args.signing_link_id)).transpose()?,
+        // Each program with the same key has another link id.
+        time_stamps: args.key_file.as_deref().map(|file| sibling(file, &format!(".link-{}", args.signing_link_id))),
+        feed: args.feed.clone(),
+        listen: args.listen.clone(),
+        teammates: args.teammate.iter().map(|(_, address)| address.clone()).collect(),
+        sumo: args.sumo.clone(),
+        cot: args.cot.clone(),
+    })
+}
+
+/// Warns of what makes a flight unsafe or its tracks wrong.
+fn warn(config: &Config, devices: &Devices) {
+    if devices.signing.is_none() {
+        note(
+            "warning: messages are not signed: every sender that reaches the link can command the aircraft; give --key-file",
+        );
+    }
+    let acceleration_sd_m_s2 = config.params.track.target.acceleration_sd_m_s2;
+    if acceleration_sd_m_s2 < TeamParams::recommended().track.target.acceleration_sd_m_s2 {
+        note(&format!(
+            "warning: filter.acceleration_sd_m_s2 = {acceleration_sd_m_s2}: tracks of targets that turn will be wrong; \
+             set it in the scenario, for example to 0.5"
+        ));
+    }
 }
 
 fn failure(error: RunError) -> Failure {

@@ -128,14 +128,9 @@ pub fn run(
             let lines = lines.map_err(|reason| RunError::Running(format!("SUMO: {reason}")))?;
             lines.into_iter().for_each(|line| companion.hear_feed_line(now, line));
         }
-        let Outgoing { mavlink, teammates, frame } = companion.step(now);
-        for message in &mavlink {
-            let frame = open.codec.encode(message);
-            open.link.send(&frame);
-        }
-        open.saver.iter_mut().for_each(|saver| saver.update(now, open.codec.time_stamps()));
-        teammates.iter().for_each(|datagram| open.radio.send(datagram));
-        if let Some(frame) = frame {
+        let outgoing = companion.step(now);
+        open.send(now, &outgoing);
+        if let Some(frame) = outgoing.frame {
             cot.iter_mut().for_each(|cot| cot.send(&frame));
             record(frame);
         }
@@ -173,6 +168,16 @@ fn at(what: &str) -> impl Fn(std::io::Error) -> RunError {
 }
 
 impl Open {
+    /// Sends messages to the autopilot and to the teammates.
+    fn send(&mut self, now: Time, outgoing: &Outgoing) {
+        for message in &outgoing.mavlink {
+            let frame = self.codec.encode(message);
+            self.link.send(&frame);
+        }
+        self.saver.iter_mut().for_each(|saver| saver.update(now, self.codec.time_stamps()));
+        outgoing.teammates.iter().for_each(|datagram| self.radio.send(datagram));
+    }
+
     fn new(system_id: u8, devices: &Devices, inputs: &Inputs) -> Result<Self, RunError> {
         let mut codec = Codec::new(system_id, devices.signing.as_ref());
         let link = Link::open(&devices.link, inputs, Instant::now()).map_err(at(&devices.link.to_string()))?;

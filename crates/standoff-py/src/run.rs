@@ -217,18 +217,23 @@ pub(crate) fn run(
         let ended = until_done(py, &stop, || Ok(()), work)?;
         notes.warn(py)?;
         let raised_error = ended.raised.or_else(|| calls.and_then(|calls| calls.take()));
-        match (ended.done, raised_error) {
-            (Ok(results), None) => Ok(Run { dir: out, results }),
-            (Err(failure), None) => Err(raised(&failure)),
-            // A raised exception takes precedence: it is the reason why the run ended.
-            (done, Some(error)) => {
-                if let (Err(failure), true) = (&done, is_named) {
-                    error.add_note(py, failure.message(false).join("\n"))?;
-                }
-                Err(error)
-            }
-        }
+        let results = results_or_error(py, ended.done, raised_error, is_named)?;
+        Ok(Run { dir: out, results })
     })
+}
+
+/// Returns the results of a run. A raised exception takes precedence over a failure: it is the reason why the run ended.
+fn results_or_error<T>(
+    py: Python<'_>,
+    done: Result<T, Failure>,
+    raised_error: Option<PyErr>,
+    adds_failure: bool,
+) -> PyResult<T> {
+    let Some(error) = raised_error else { return done.map_err(|failure| raised(&failure)) };
+    if let (Err(failure), true) = (&done, adds_failure) {
+        error.add_note(py, failure.message(false).join("\n"))?;
+    }
+    Err(error)
 }
 
 /// Computes the coverage baseline of a scenario: the coverage of greedily placed sensor footprints with perfect

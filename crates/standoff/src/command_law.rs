@@ -300,33 +300,7 @@ impl CommandLaw<'_> {
         };
         let orbit = &on_orbit.orbit;
         let is_away = |teammate: &OrbitRelativeState| is_in_transit(teammate.centre_distance_m(), orbit.distance_m);
-        let spacing = |others: &mut dyn Iterator<Item = (UavId, Angle)>| {
-            let separation_min_m = self.params.separation.map_or(0.0, |separation| separation.horizontal_min_m);
-            let gap_min_rad = || phase_gap_min_rad(separation_min_m, orbit.distance_m);
-            let (desired_rad, sense) = (guidance.desired_phase_rad, guidance.orbit_direction);
-            phase_error_rad((id, on_orbit.phase), others, desired_rad, gap_min_rad, sense)
-        };
-        let error_rad = match self.params.link {
-            _ if is_away(on_orbit) => 0.0,
-            LinkModel::Ideal => {
-                let others = self.groupmates(id, group.id).filter(|(.., teammate)| !is_away(teammate));
-                spacing(&mut others.map(|(_, teammate, on_orbit)| (teammate, on_orbit.phase)))
-            }
-            // Every UAV near the orbit needs phase control, whatever its assignment.
-            LinkModel::Lossy => {
-                let others = self.team_state.teammates.iter().filter(|teammate| teammate.uav != id);
-                let others =
-                    others.map(|teammate| (teammate, OrbitRelativeState::of(guidance, teammate.state.position, orbit)));
-                let is_near = |on_orbit: &OrbitRelativeState| {
-                    (on_orbit.centre_distance_m() - orbit.distance_m).abs() <= NEAR_ORBIT * orbit.distance_m
-                };
-                let others = others.filter(|(teammate, on_orbit)| match teammate.group == Some(group.id) {
-                    true => !is_away(on_orbit),
-                    false => is_near(on_orbit),
-                });
-                spacing(&mut others.map(|(teammate, on_orbit)| (teammate.uav, on_orbit.phase)))
-            }
-        };
+        let error_rad = if is_away(on_orbit) { 0.0 } else { self.phase_error_rad(id, group, on_orbit) };
         let nominal_m_s = self.params.uav.speed_m_s;
         let centre_m_s = orbit.centre_velocity.speed_m_s();
         let in_wind = self.wind.and_then(|wind| {
@@ -346,6 +320,38 @@ impl CommandLaw<'_> {
             followed: followed.at_speed(desired_m_s),
             path: Some(DesiredPath { law: *guidance, orbit: *orbit, speed_m_s: limited_m_s }),
             phase_error_rad: error_rad,
+        }
+    }
+
+    /// Phase error of a UAV that is on its orbit, against the other UAVs on it.
+    fn phase_error_rad(&self, id: UavId, group: &Group, on_orbit: &OrbitRelativeState) -> f64 {
+        let (guidance, orbit) = (&self.params.guidance, &on_orbit.orbit);
+        let is_away = |teammate: &OrbitRelativeState| is_in_transit(teammate.centre_distance_m(), orbit.distance_m);
+        let spacing = |others: &mut dyn Iterator<Item = (UavId, Angle)>| {
+            let separation_min_m = self.params.separation.map_or(0.0, |separation| separation.horizontal_min_m);
+            let gap_min_rad = || phase_gap_min_rad(separation_min_m, orbit.distance_m);
+            let (desired_rad, sense) = (guidance.desired_phase_rad, guidance.orbit_direction);
+            phase_error_rad((id, on_orbit.phase), others, desired_rad, gap_min_rad, sense)
+        };
+        match self.params.link {
+            LinkModel::Ideal => {
+                let others = self.groupmates(id, group.id).filter(|(.., teammate)| !is_away(teammate));
+                spacing(&mut others.map(|(_, teammate, on_orbit)| (teammate, on_orbit.phase)))
+            }
+            // Every UAV near the orbit needs phase control, whatever its assignment.
+            LinkModel::Lossy => {
+                let others = self.team_state.teammates.iter().filter(|teammate| teammate.uav != id);
+                let others =
+                    others.map(|teammate| (teammate, OrbitRelativeState::of(guidance, teammate.state.position, orbit)));
+                let is_near = |on_orbit: &OrbitRelativeState| {
+                    (on_orbit.centre_distance_m() - orbit.distance_m).abs() <= NEAR_ORBIT * orbit.distance_m
+                };
+                let others = others.filter(|(teammate, on_orbit)| match teammate.group == Some(group.id) {
+                    true => !is_away(on_orbit),
+                    false => is_near(on_orbit),
+                });
+                spacing(&mut others.map(|(teammate, on_orbit)| (teammate.uav, on_orbit.phase)))
+            }
         }
     }
 

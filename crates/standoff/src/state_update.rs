@@ -156,12 +156,7 @@ impl TeamStateUpdater {
             transition,
             geofence: geofence.as_ref().map(|geofence| &geofence.zones),
         };
-        next.events.clear();
-        next.time = input.now;
-        next.memberships.copy(&previous.memberships);
-        next.unlabelled.clone_from(&previous.unlabelled);
-        next.grouping_state = previous.grouping_state;
-
+        next.continue_from(previous, input.now);
         next.gather_team(previous, &input, params, &mut buffers.implausible);
         let newcomers = next.teammates.iter().filter(|teammate| teammate.starts_tracks_from > input.now);
         buffers.newcomers.clear();
@@ -202,6 +197,15 @@ impl TeamStateUpdater {
 }
 
 impl TeamState {
+    /// Takes over the tracks and memberships of the previous team state.
+    fn continue_from(&mut self, previous: &Self, now: Time) {
+        self.events.clear();
+        self.time = now;
+        self.memberships.copy(&previous.memberships);
+        self.unlabelled.clone_from(&previous.unlabelled);
+        self.grouping_state = previous.grouping_state;
+    }
+
     /// Advances the tracks and emits their events.
     fn update_tracks(
         &mut self,

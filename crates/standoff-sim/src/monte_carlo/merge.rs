@@ -14,6 +14,28 @@ use super::{MonteCarloError, Results, Shard, check_not_stopped, find_complete, r
 /// Refuses anything but every shard of one batch exactly once, and names the wrong folder or the missing shards. `stop`
 /// interrupts it; another call starts again.
 pub fn merge(dirs: &[PathBuf], out: &Path, stop: &AtomicBool) -> Result<Results, MonteCarloError> {
+    let mut parts = complete_parts(dirs, stop)?;
+    parts.sort_by_key(|(shard, _)| *shard);
+    let whole = parts[0].1.batch().whole_batch();
+    if let Some(complete) = find_complete(out, &whole, stop)? {
+        return Ok(complete);
+    }
+    // An empty journal locks the folder against other processes, and identifies it if this process ends.
+    let journal = Journal::open(out, &whole)?;
+    let metrics: Vec<&str> = whole.metrics().collect();
+    let rows = parts.iter().flat_map(|(_, part)| match part.runs().and_then(|runs| runs.rows(&metrics)) {
+        Ok(rows) => {
+            Box::new(rows.map(|row| check_not_stopped(stop).and(Ok(row?.values)))) as Box<dyn Iterator<Item = _>>
+        }
+        Err(error) => Box::new(std::iter::once(Err(error))),
+    });
+    let merged = results::write(out, &whole, rows, stop)?;
+    journal.remove()?;
+    Ok(merged)
+}
+
+/// Opens the shards in `dirs`; at least one. Fails unless they are every shard of one batch exactly once.
+fn complete_parts(dirs: &[PathBuf], stop: &AtomicBool) -> Result<Vec<(Shard, Results)>, MonteCarloError> {
     let refuse = |what: String| Err(MonteCarloError::NotMergeable(what));
     let mut parts: Vec<(Shard, Results)> = Vec::new();
     for dir in dirs {
@@ -46,7 +68,7 @@ pub fn merge(dirs: &[PathBuf], out: &Path, stop: &AtomicBool) -> Result<Results,
         }
         parts.push((shard, part));
     }
-    let Some((Shard { of, .. }, first)) = parts.first() else { return refuse("no folder is given".to_owned()) };
+    let Some((Shard { of, .. }, _)) = parts.first() else { return refuse("no folder is given".to_owned()) };
     let is_missing = |index: &u64| !parts.iter().any(|(shard, _)| shard.index == *index);
     let missing = (0..*of).filter(is_missing).map(|index| Shard { index, of: *of }.to_string());
     let some: Vec<_> = missing.take(10).collect();
@@ -57,22 +79,5 @@ pub fn merge(dirs: &[PathBuf], out: &Path, stop: &AtomicBool) -> Result<Results,
         };
         return refuse(format!("missing: shard {}{more}", some.join(", ")));
     }
-
-    let whole = first.batch().whole_batch();
-    if let Some(complete) = find_complete(out, &whole, stop)? {
-        return Ok(complete);
-    }
-    parts.sort_by_key(|(shard, _)| *shard);
-    // An empty journal locks the folder against other processes, and identifies it if this process ends.
-    let journal = Journal::open(out, &whole)?;
-    let metrics: Vec<&str> = whole.metrics().collect();
-    let rows = parts.iter().flat_map(|(_, part)| match part.runs().and_then(|runs| runs.rows(&metrics)) {
-        Ok(rows) => {
-            Box::new(rows.map(|row| check_not_stopped(stop).and(Ok(row?.values)))) as Box<dyn Iterator<Item = _>>
-        }
-        Err(error) => Box::new(std::iter::once(Err(error))),
-    });
-    let merged = results::write(out, &whole, rows, stop)?;
-    journal.remove()?;
-    Ok(merged)
+    Ok(parts)
 }

@@ -187,23 +187,42 @@ impl Builder {
         }
     }
 
+    /// Describes a file without vehicles.
+    fn empty(&self) -> String {
+        let without: usize = self.without_position.values().sum();
+        match without {
+            0 if self.ignores_persons => {
+                "contains no vehicles, only persons or containers of SUMO, which are ignored; \
+                                          traffic.persons = \"included\" reads them"
+                    .to_string()
+            }
+            0 => "contains no vehicles; must contain at least one; was the right file chosen?".to_string(),
+            _ => format!("contains no vehicles with a position: {} without one", count(without, "sample")),
+        }
+    }
+
+    /// Gaps of each vehicle, in the order of the vehicles.
+    fn gaps(&mut self, options: &Options) -> Vec<Gaps> {
+        let of_file_us = default_gap_us(self.vehicles.values());
+        let limit_us = |samples: &Vec<Sample>| match options.gap_s {
+            Some(gap_s) => (gap_s * 1e6).round() as i64,
+            // A vehicle that is sampled less often than the others has a longer limit.
+            None if samples.len() >= SAMPLES_MIN => default_gap_us([samples]).max(of_file_us),
+            None => of_file_us,
+        };
+        let gaps = self.vehicles.iter().map(|(name, samples)| Gaps {
+            limit_us: limit_us(samples),
+            breaks_us: self.breaks_us.remove(name).unwrap_or_default(),
+        });
+        gaps.collect()
+    }
+
     /// Returns the traffic; x and y are metres, or longitude and latitude.
     pub(super) fn finish(mut self, unit: Unit, options: &Options) -> Result<Traffic, String> {
         if unit == Unit::Degrees {
             self.tidy_degrees();
         }
-        let Some(first) = self.first.filter(|_| !self.vehicles.is_empty()) else {
-            let without: usize = self.without_position.values().sum();
-            return Err(match without {
-                0 if self.ignores_persons => {
-                    "contains no vehicles, only persons or containers of SUMO, which are ignored; \
-                                              traffic.persons = \"included\" reads them"
-                        .to_string()
-                }
-                0 => "contains no vehicles; must contain at least one; was the right file chosen?".to_string(),
-                _ => format!("contains no vehicles with a position: {} without one", count(without, "sample")),
-            });
-        };
+        let Some(first) = self.first.filter(|_| !self.vehicles.is_empty()) else { return Err(self.empty()) };
         let of_first = Origin { latitude_deg: first.y, longitude_deg: first.x };
         let origin = (unit == Unit::Degrees).then_some(options.origin.unwrap_or(of_first));
         if let Some(origin) = origin {
@@ -217,21 +236,7 @@ impl Builder {
                 *self.repeated.entry(name.clone()).or_default() += removed;
             }
         }
-        let of_file_us = default_gap_us(self.vehicles.values());
-        let limit_us = |samples: &Vec<Sample>| match options.gap_s {
-            Some(gap_s) => (gap_s * 1e6).round() as i64,
-            // A vehicle that is sampled less often than the others has a longer limit.
-            None if samples.len() >= SAMPLES_MIN => default_gap_us([samples]).max(of_file_us),
-            None => of_file_us,
-        };
-        let gaps: Vec<Gaps> = self
-            .vehicles
-            .iter()
-            .map(|(name, samples)| Gaps {
-                limit_us: limit_us(samples),
-                breaks_us: self.breaks_us.remove(name).unwrap_or_default(),
-            })
-            .collect();
+        let gaps = self.gaps(options);
         for ((name, samples), gaps) in self.vehicles.iter().zip(&gaps) {
             check_speed(name, samples, gaps, self.times)?;
         }

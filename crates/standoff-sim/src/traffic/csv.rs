@@ -64,9 +64,40 @@ pub(super) fn read(lines: Lines<impl Read>, options: &Options) -> Result<Traffic
         return Err(Fault::whole(format!("contains only comments; must be {}", TRAFFIC.formats)));
     }
     let columns = Columns::find(&table, options)?;
-    let (mut clock, mut numbers) = (Clock::new(&columns.time.name), Numbers::new(table.separator));
-    let (mut thousands, mut persons) = (Thousands::default(), BTreeSet::new());
+    let mut rows = Rows {
+        clock: Clock::new(&columns.time.name),
+        numbers: Numbers::new(table.separator),
+        thousands: Thousands::default(),
+        persons: BTreeSet::new(),
+    };
     while table.next_row()? {
+        rows.read(&table, &columns, options, &mut builder)?;
+    }
+    columns.check_vehicles(&builder)?;
+    let unit = columns.unit(&builder, options)?;
+    builder.thousands = rows.thousands.found();
+    builder.ignores_persons = !rows.persons.is_empty();
+    columns.notes(&rows.persons).into_iter().for_each(|note| builder.note(note));
+    builder.finish(unit, options).map_err(Fault::whole)
+}
+
+/// Reader of rows, and what it has found in them.
+struct Rows {
+    clock: Clock,
+    numbers: Numbers,
+    thousands: Thousands,
+    /// Names of persons and containers that are ignored.
+    persons: BTreeSet<String>,
+}
+
+impl Rows {
+    fn read(
+        &mut self,
+        table: &Table<impl Read>,
+        columns: &Columns,
+        options: &Options,
+        builder: &mut Builder,
+    ) -> Result<(), Fault> {
         if table.row.len() != columns.count {
             let message =
                 format!("fields = {}; must be {}, as in the header; correct the row", table.row.len(), columns.count);
@@ -80,28 +111,28 @@ pub(super) fn read(lines: Lines<impl Read>, options: &Options) -> Result<Traffic
         let has_no_position = is_missing(&columns.x)? && is_missing(&columns.y)?;
         // SUMO writes the time alone while there are no vehicles.
         if has_no_position && name.trim().is_empty() {
-            continue;
+            return Ok(());
         }
-        if options.persons == Persons::Ignored && columns.is_person(&table)? {
-            persons.insert(name.to_owned());
-            continue;
+        if options.persons == Persons::Ignored && columns.is_person(table)? {
+            self.persons.insert(name.to_owned());
+            return Ok(());
         }
         let in_field = |column: &Column, message| table.fault(column.index, message);
         builder.check_name(&columns.vehicle.name, name).map_err(|message| in_field(&columns.vehicle, message))?;
         let of_vehicle = |column: &Column, message| in_field(column, format!("vehicle {}: {message}", quoted(name)));
         let time_text = table.text(columns.time.index)?;
         let time_us = match columns.set {
-            Some(set) => set.time_us(&columns.time.name, time_text, &mut numbers, options),
-            None => clock.time_us(&columns.time.name, time_text, &mut numbers),
+            Some(set) => set.time_us(&columns.time.name, time_text, &mut self.numbers, options),
+            None => self.clock.time_us(&columns.time.name, time_text, &mut self.numbers),
         };
         let time_us = time_us.map_err(|message| of_vehicle(&columns.time, message))?;
-        builder.times = clock.form();
+        builder.times = self.clock.form();
         if has_no_position {
             builder.skip(name);
-            continue;
+            return Ok(());
         }
         let mut value = |column: &Column| {
-            let value = numbers.value(&column.name, table.text(column.index)?);
+            let value = self.numbers.value(&column.name, table.text(column.index)?);
             value.map_err(|message| of_vehicle(column, message))
         };
         let check = |column: &Column, value: Option<f64>, quantity: &Quantity| {
@@ -113,14 +144,14 @@ pub(super) fn read(lines: Lines<impl Read>, options: &Options) -> Result<Traffic
             && validate::is_unknown(columns.coordinates, [x, y])
         {
             builder.skip(name);
-            continue;
+            return Ok(());
         }
         let [x_kind, y_kind] = validate::axes(columns.coordinates);
         let (mut x, mut y) = (check(&columns.x, at[0], &x_kind)?, check(&columns.y, at[1], &y_kind)?);
-        columns.check_hemispheres(&table, [y, x])?;
+        columns.check_hemispheres(table, [y, x])?;
         if table.separator != b',' && columns.coordinates == Coordinates::Metres {
             for column in [&columns.x, &columns.y] {
-                thousands.add(&column.name, table.text(column.index)?);
+                self.thousands.add(&column.name, table.text(column.index)?);
             }
         }
         let mut number = |column: &Column, quantity: &Quantity| check(column, value(column)?, quantity);
@@ -131,14 +162,8 @@ pub(super) fn read(lines: Lines<impl Read>, options: &Options) -> Result<Traffic
         if let Some(set) = columns.set {
             (x, y) = set.metres(x, y);
         }
-        builder.add(name, Sample { time_us, x, y }).map_err(|message| in_field(&columns.time, message))?;
+        builder.add(name, Sample { time_us, x, y }).map_err(|message| in_field(&columns.time, message))
     }
-    columns.check_vehicles(&builder)?;
-    let unit = columns.unit(&builder, options)?;
-    builder.thousands = thousands.found();
-    builder.ignores_persons = !persons.is_empty();
-    columns.notes(&persons).into_iter().for_each(|note| builder.note(note));
-    builder.finish(unit, options).map_err(Fault::whole)
 }
 
 /// Returns the columns that distinguish persons and containers.
@@ -185,57 +210,61 @@ struct Columns {
     set: Option<&'static DataSet>,
 }
 
+/// Header of a table.
+struct Header<'a, R> {
+    table: &'a Table<R>,
+    names: Vec<&'a str>,
+}
+
+impl<'a, R: Read> Header<'a, R> {
+    fn of(table: &'a Table<R>) -> Result<Self, Fault> {
+        let names =
+            (0..table.row.len()).map(|index| table.text(index).map(str::trim)).collect::<Result<Vec<_>, _>>()?;
+        Ok(Self { table, names })
+    }
+
+    /// First of the accepted columns that the table has.
+    fn column(&self, accepted: &[&str]) -> Option<Column> {
+        let place = |name: &&str| self.names.iter().position(|found| found.eq_ignore_ascii_case(name));
+        let index = accepted.iter().find_map(place)?;
+        Some(Column { index, name: self.names[index].to_string() })
+    }
+
+    fn need(&self, what: &str, accepted: &[&str]) -> Result<Column, Fault> {
+        self.column(accepted).ok_or_else(|| self.missing(what, accepted))
+    }
+
+    fn missing(&self, what: &str, accepted: &[&str]) -> Fault {
+        let found: Vec<String> = self.names.iter().take(20).map(|name| quoted(name)).collect();
+        let message = format!(
+            "no column for {what}; found {}; accepted: {}; rename a column, and separate columns by commas, semicolons or tabs",
+            printable(&found.join(", ")),
+            accepted.join(", ")
+        );
+        self.table.fault(0, message)
+    }
+
+    /// Rejects columns that occur twice.
+    fn check_once(&self, columns: [&Column; 4]) -> Result<(), Fault> {
+        for column in columns {
+            let mut later = column.index + 1..self.names.len();
+            if let Some(again) = later.find(|&at| self.names[at].eq_ignore_ascii_case(&column.name)) {
+                let message = format!("column {} occurs twice; rename or remove one", quoted(&column.name));
+                return Err(self.table.fault(again, message));
+            }
+        }
+        Ok(())
+    }
+}
+
 impl Columns {
     fn find(table: &Table<impl Read>, options: &Options) -> Result<Self, Fault> {
-        let header =
-            (0..table.row.len()).map(|index| table.text(index).map(str::trim)).collect::<Result<Vec<_>, _>>()?;
-        let column = |accepted: &[&str]| {
-            let index =
-                accepted.iter().find_map(|name| header.iter().position(|found| found.eq_ignore_ascii_case(name)))?;
-            Some(Column { index, name: header[index].to_string() })
-        };
-        let missing = |what: &str, accepted: &[&str]| {
-            let found: Vec<String> = header.iter().take(20).map(|name| quoted(name)).collect();
-            let message = format!(
-                "no column for {what}; found {}; accepted: {}; rename a column, and separate columns by commas, semicolons or tabs",
-                printable(&found.join(", ")),
-                accepted.join(", ")
-            );
-            table.fault(0, message)
-        };
-        let need = |what, accepted| column(accepted).ok_or_else(|| missing(what, accepted));
-        let once = |column: &Column| {
-            let again = (column.index + 1..header.len()).find(|&at| header[at].eq_ignore_ascii_case(&column.name));
-            again.map_or(Ok(()), |at| {
-                let message = format!("column {} occurs twice; rename or remove one", quoted(&column.name));
-                Err(table.fault(at, message))
-            })
-        };
-        let of_sumo = of_sumo(column);
-        let count = header.len();
-        if let Some(set) = DataSet::with(&header) {
-            // The data set was recognised by these columns.
-            let named = |name| column(&[name]).ok_or_else(|| missing(name, &set.columns));
-            let [time, vehicle, x, y] = set.columns.map(named);
-            let (time, vehicle, x, y) = (time?, vehicle?, x?, y?);
-            [&time, &vehicle, &x, &y].into_iter().try_for_each(once)?;
-            let box_size = set.box_size.map(|names| names.map(named));
-            let box_size = box_size.map(|[width, length]| Ok::<_, Fault>([width?, length?])).transpose()?;
-            return Ok(Self {
-                count,
-                time,
-                vehicle,
-                x,
-                y,
-                box_size,
-                coordinates: Coordinates::Metres,
-                of_sumo,
-                hemispheres: [None, None],
-                preferred: Vec::new(),
-                set: Some(set),
-            });
+        let header = Header::of(table)?;
+        if let Some(set) = DataSet::with(&header.names) {
+            return Self::of_data_set(set, &header);
         }
-        let (time, vehicle) = (need("the time", TIME)?, need("the vehicle", VEHICLE)?);
+        let column = |accepted: &[&str]| header.column(accepted);
+        let (time, vehicle) = (header.need("the time", TIME)?, header.need("the vehicle", VEHICLE)?);
         let metres = || Some((Coordinates::Metres, column(X)?, column(Y)?));
         let degrees = || Some((Coordinates::Degrees, column(LON)?, column(LAT)?));
         // SUMO writes degrees into the same columns.
@@ -245,16 +274,40 @@ impl Columns {
             Coordinates::Metres => (metres(), [X, Y].concat()),
             Coordinates::Degrees => (degrees().or_else(|| sumo(Coordinates::Degrees)), [LAT, LON].concat()),
         };
-        let (coordinates, x, y) = found.ok_or_else(|| missing("both coordinates", &accepted))?;
-        [&time, &vehicle, &x, &y].into_iter().try_for_each(once)?;
+        let (coordinates, x, y) = found.ok_or_else(|| header.missing("both coordinates", &accepted))?;
+        header.check_once([&time, &vehicle, &x, &y])?;
         let [x_names, y_names] = if coordinates == Coordinates::Degrees { [LON, LAT] } else { [X, Y] };
-        let preferred = preferred(&header, [(&time, TIME), (&vehicle, VEHICLE), (&x, x_names), (&y, y_names)]);
+        let preferred = preferred(&header.names, [(&time, TIME), (&vehicle, VEHICLE), (&x, x_names), (&y, y_names)]);
         let hemispheres = match coordinates {
             Coordinates::Degrees => [NORTH_SOUTH, EAST_WEST].map(column),
             _ => [None, None],
         };
         let (box_size, set) = (None, None);
+        let (count, of_sumo) = (header.names.len(), of_sumo(column));
         Ok(Self { count, time, vehicle, x, y, box_size, coordinates, of_sumo, hemispheres, preferred, set })
+    }
+
+    /// Columns of a published data set, which was recognised by them.
+    fn of_data_set(set: &'static DataSet, header: &Header<impl Read>) -> Result<Self, Fault> {
+        let named = |name| header.column(&[name]).ok_or_else(|| header.missing(name, &set.columns));
+        let [time, vehicle, x, y] = set.columns.map(named);
+        let (time, vehicle, x, y) = (time?, vehicle?, x?, y?);
+        header.check_once([&time, &vehicle, &x, &y])?;
+        let box_size = set.box_size.map(|names| names.map(named));
+        let box_size = box_size.map(|[width, length]| Ok::<_, Fault>([width?, length?])).transpose()?;
+        Ok(Self {
+            count: header.names.len(),
+            time,
+            vehicle,
+            x,
+            y,
+            box_size,
+            coordinates: Coordinates::Metres,
+            of_sumo: of_sumo(|accepted| header.column(accepted)),
+            hemispheres: [None, None],
+            preferred: Vec::new(),
+            set: Some(set),
+        })
     }
 
     /// Rejects a latitude or longitude in the south or west whose sign is in a column of its own.

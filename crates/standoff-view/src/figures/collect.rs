@@ -6,8 +6,8 @@ use crate::colours::{GROUPS, GroupColours, UAVS};
 use plotters::style::RGBColor;
 use standoff::TeammateStatus;
 use standoff_record::{AgentRow, EventRow, Frame};
-use standoff_score::FrameScorer;
 use standoff_score::geometry::{PhasePair, group_of, own_estimate_error_m, phase_differences};
+use standoff_score::{FrameScorer, FrameScores};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -155,7 +155,22 @@ impl Run {
         }
         self.add_groups(frame);
         let scores = scorer.frame(frame);
-        let geometry = &scores.geometry;
+        self.add_group_rows(index, time, frame, &scores);
+        self.add_targets(index, frame);
+        self.add_uavs(index, time, frame, &scores);
+        self.add_agents(index, time, frame);
+        for (group, between, angle) in phase_differences(frame) {
+            if let Some(group) = self.groups.get_mut(&group) {
+                group.phases.entry(between).or_default().push(index, time, angle.to_degrees());
+            }
+        }
+        frame.events.iter().for_each(|event| self.mark_event(time, event));
+        if self.frames.is_multiple_of(SHARE_EVERY) {
+            self.share_points();
+        }
+    }
+
+    fn add_group_rows(&mut self, index: usize, time: f64, frame: &Frame, scores: &FrameScores) {
         for row in &frame.groups {
             let Some(group) = self.groups.get_mut(&row.group) else { continue };
             group.steps += 1;
@@ -166,6 +181,9 @@ impl Run {
             group.centre_error.push(index, time, scores.centre_error_m(row));
             group.separation.push(index, time, row.nearest_groupmate_m);
         }
+    }
+
+    fn add_targets(&mut self, index: usize, frame: &Frame) {
         for row in &frame.truth {
             if self.truth.len() >= MOST_TARGETS && !self.truth.contains_key(&row.target) {
                 continue;
@@ -182,6 +200,9 @@ impl Run {
                 self.dwells.entry((row.target, colour)).or_default().push(index, row.state[0], row.state[3]);
             }
         }
+    }
+
+    fn add_uavs(&mut self, index: usize, time: f64, frame: &Frame, scores: &FrameScores) {
         for row in &frame.uavs {
             let group = group_of(frame, row);
             let colour = self.colour(row.group);
@@ -196,12 +217,15 @@ impl Run {
                 Some((place(row.x_m, row.y_m)?, usable(row.boresight_rad?)?, reach))
             });
             uav.error.push(index, time, group.map(|group| own_estimate_error_m(row, group)));
-            uav.off_boresight.push(index, time, geometry.off_boresight_rad(row).map(f64::to_degrees));
+            uav.off_boresight.push(index, time, scores.geometry.off_boresight_rad(row).map(f64::to_degrees));
             uav.speed.push(index, time, row.speed_m_s);
             uav.speed_command.push(index, time, row.speed_command_m_s);
             uav.turn_rate.push(index, time, row.turn_rate_rad_s.to_degrees());
             uav.turn_rate_command.push(index, time, row.turn_rate_command_rad_s.to_degrees());
         }
+    }
+
+    fn add_agents(&mut self, index: usize, time: f64, frame: &Frame) {
         for row in &frame.agents.all {
             let (agents, curves) = (&frame.agents, self.agents.entry(row.agent).or_default());
             let team = agents.teammates_of(row.agent).iter();
@@ -210,15 +234,6 @@ impl Run {
             curves.not_received.push(index, time, not_received.count() as f64);
             curves.disagreeing.push(index, time, agents.all.iter().filter(disagrees).count() as f64);
             curves.uncommitted.push(index, time, row.committed_us.map(|us| time - us as f64 * 1e-6));
-        }
-        for (group, between, angle) in phase_differences(frame) {
-            if let Some(group) = self.groups.get_mut(&group) {
-                group.phases.entry(between).or_default().push(index, time, angle.to_degrees());
-            }
-        }
-        frame.events.iter().for_each(|event| self.mark_event(time, event));
-        if self.frames.is_multiple_of(SHARE_EVERY) {
-            self.share_points();
         }
     }
 

@@ -102,28 +102,26 @@ impl JointUpdate {
 
     /// Associates the detections of one scan with all candidates, and updates these.
     pub(in crate::tracking) fn associate(&mut self, model: &ScanModel, detections: &[Detection], rejected: &mut u32) {
-        let Self {
-            survival,
-            undetected_factor,
-            candidates,
-            views,
-            joint,
-            edges,
-            hits,
-            hits_ends,
-            backgrounds,
-            explained,
-        } = self;
+        self.views.clear();
+        self.views.extend(self.candidates.iter().map(|candidate| model.views(&candidate.modes)));
+        let factor = self.undetected_factor;
+        let background = |[false_alarms, new_targets]: [f64; 2]| [false_alarms, new_targets * factor];
+        self.backgrounds.clear();
+        self.backgrounds.extend(detections.iter().map(|detection| background(model.background(detection))));
+        self.find_edges(model, detections, rejected);
+        self.joint.solve(&mut self.edges, detections.len());
+        self.explained.clear();
+        self.explained.resize(detections.len(), 0.0);
+        self.edges.iter().for_each(|edge| self.explained[edge.detection] += edge.probability);
+        self.update_candidates(model);
+    }
+
+    /// Lists the possible pairs of a candidate and a detection.
+    fn find_edges(&mut self, model: &ScanModel, detections: &[Detection], rejected: &mut u32) {
+        let Self { survival, candidates, views, edges, hits, hits_ends, backgrounds, .. } = self;
         edges.clear();
         hits.clear();
         hits_ends.clear();
-        explained.clear();
-        explained.resize(detections.len(), 0.0);
-        backgrounds.clear();
-        let background = |[false_alarms, new_targets]: [f64; 2]| [false_alarms, new_targets * *undetected_factor];
-        backgrounds.extend(detections.iter().map(|detection| background(model.background(detection))));
-        views.clear();
-        views.extend(candidates.iter().map(|candidate| model.views(&candidate.modes)));
         for (track, (candidate, views)) in candidates.iter_mut().zip(&*views).enumerate() {
             if views.iter().all(Option::is_none) {
                 continue;
@@ -148,11 +146,12 @@ impl JointUpdate {
                 }
             }
         }
-        joint.solve(edges, detections.len());
+    }
+
+    /// Updates all candidates that may be in view, by the probabilities of their edges.
+    fn update_candidates(&mut self, model: &ScanModel) {
+        let Self { candidates, views, edges, hits, hits_ends, .. } = self;
         let mut start = 0;
-        for of_track in edges.chunk_by(|a, b| a.track == b.track) {
-            of_track.iter().for_each(|edge| explained[edge.detection] += edge.probability);
-        }
         for (track, (candidate, views)) in candidates.iter_mut().zip(&*views).enumerate() {
             let end = start + edges[start..].iter().take_while(|edge| edge.track == track).count();
             if !views.iter().all(Option::is_none) {
