@@ -9,6 +9,7 @@ mod claim;
 mod coverage;
 mod errata;
 mod error;
+mod metric_table;
 mod missions;
 mod monte_carlo_plan;
 mod page;
