@@ -89,8 +89,8 @@ pub(crate) fn improvements(plan: &Plan) -> Result<Study, Failure> {
         "improvements",
         "Beyond the paper: improvements, one at a time",
         "Each improvement is a setting of the scenario, and the guidance of the default law as a whole. The tables show \
-         differences from the paper's law with the same seeds, with 95 % intervals. *True* errors use the true \
-         geometry, *own estimate* errors the agents' own unfiltered (15), both after the transient. Traffic missions \
+         differences from the paper's law with the same seeds, with 95 % intervals. True errors use the true \
+         geometry, own estimate errors the agents' own unfiltered (15), both after the transient. Traffic missions \
          start from the paper's law, too, with the exact (25) and the margin (16) as published.",
     );
     let mut missions = vec![

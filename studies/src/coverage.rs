@@ -58,7 +58,7 @@ pub(crate) fn coverage(plan: &Plan) -> Result<Study, Failure> {
             "The default settings (all improvements), the same without one improvement at a time, and the paper's law \
              (with its margin (16) as published and the exact (25)): {} runs each, seeds {} to {}. No parameter was \
              tuned on these seeds; the built-in missions were used for tuning, with other seeds. Differences are \
-             paired by seed, with 95 % intervals. *Streets* are drawn from the seed: crossings every 150 m, and cars \
+             paired by seed, with 95 % intervals. Streets are drawn from the seed: crossings every 150 m, and cars \
              of 5 to 15 m/s that stop and turn at random, for 300 s. The coverage baseline is the coverage of greedy \
              discs with the footprint of the largest orbit and perfect knowledge of all targets: half as many discs as \
              UAVs (the paper's number of groups), and as many as UAVs. It is not a bound.",

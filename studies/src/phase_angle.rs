@@ -78,11 +78,9 @@ pub(crate) fn figure_7(_: &Plan) -> Result<Study, Failure> {
     let mut figure = Study::new(
         "figure-7",
         "Figure 7: where 90 degrees is optimal",
-        "eta averaged over the target's bearing, for three sensors. For one target, (36) is correct as published, and \
-         its derivative by cos^2 gamma is -(a - b_1)(a - b_2) with a = 1/sigma_r^2, b_i = 1/(r_i sigma_theta)^2. \
-         Therefore 90 degrees is optimal if both UAVs are closer than r* = sigma_r / sigma_theta (191 m with Table I) \
-         or both are further away, and 0 or 180 degrees if one is closer and one further; at r* the phase \
-         difference has no effect.",
+        "eta averaged over the target's bearing, for three sensors. For one target, [90 degrees is \
+         optimal](method.md#phase-of-two-uavs-on-one-orbit-35-36) if both UAVs are closer than r* = sigma_r / sigma_theta or \
+         both are further away.",
     );
     let by_phase = |scale: f64| {
         let line = |target_m: f64| (0..=180).map(f64::from).map(move |deg| (deg, averaged(scale, deg, target_m)));

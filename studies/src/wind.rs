@@ -61,11 +61,12 @@ pub(crate) fn wind(plan: &Plan) -> Result<Study, Failure> {
         "wind",
         "Beyond the paper: wind and banking aircraft",
         format!(
-            "`{MISSION}` in [wind](../user/wind.md), and with [banking aircraft](../user/dynamics.md). The wind blows from the west, and \
-             each UAV estimates it. *Fast* UAVs are those of the mission: 40 m/s, targets at 10 m/s. *Slow* UAVs have an \
-             airspeed of 23 m/s (16 to 30 m/s) and an orbit of 400 m. Their targets are at rest in the first table, unless \
-             it gives a relative wind, and otherwise move at 3 m/s to the east. *Uncoordinated* turns have 0.72 of the turn \
-             rate of coordinated ones. With *much power*, power never limits the speed."
+            "{MISSION} in wind (docs/user/wind.md), and with banking aircraft (docs/user/dynamics.md). The wind blows \
+             from the west, and each UAV estimates it. Fast UAVs are those of the mission: 40 m/s, targets at \
+             10 m/s. Slow UAVs have an airspeed of 23 m/s (16 to 30 m/s) and an orbit of 400 m. Their targets are at \
+             rest in the first table, unless it gives a relative wind, and otherwise move at 3 m/s to the east. \
+             Uncoordinated turns have 0.72 of the turn rate of coordinated ones. With much power, power never \
+             limits the speed."
         ),
     );
     let choice = select_columns(&SHOWN)?;

@@ -27,9 +27,9 @@ pub(super) fn study_feedforward(_: &Plan) -> Result<Study, Failure> {
     let mut found = Study::new(
         "errata",
         "Erratum of (25): the feedforward",
-        "*Published* is (25). *Exact* replaces r_d r^2 by r_d^3, which makes it the derivative of the field's heading \
-         about a stationary centre. *Field* is the derivative of the field that is flown, including k_l, the lead and \
-         the velocity of the centre. The reference is a numerical derivative along the field.",
+        "*Published* is (25). *Exact* has r_d^3 instead of r_d r^2. *Field* is the derivative of the field that is \
+         flown, including k_l, the lead and the velocity of the centre. The reference is a numerical derivative along \
+         the field.",
     );
     compare_with_derivative(&mut found)?;
     fly_about_moving_centre(&mut found)?;

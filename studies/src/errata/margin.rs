@@ -27,12 +27,9 @@ pub(super) fn study_margin(plan: &Plan) -> Result<Study, Failure> {
         "errata",
         "Erratum of (16): the margin",
         format!(
-            "(16) weights the innovation with the predicted position covariance only; the covariance of the innovation \
-             is the sum of this and the measurement covariance. Both weightings are evaluated on `paper/table-2-pair`, \
-             run by run, after the transient. In addition, (16) is a square without a unit that is added to metres. \
-             `paper/figure-9` shows the effect: r_d is evaluated for {AFTER_S} s after every change of members, and \
-             compared with the same mission with a margin in metres (`--set {}`).",
-            IN_METRES.join(" --set ")
+            "The squared distances are evaluated on `paper/table-2-pair`, run by run, after the transient; margin and \
+             r_d on `{MISSION}`, for {AFTER_S} s after every change of members, also with the margin in metres of \
+             figure 10."
         ),
     );
     compare_weightings(&mut found, &plan.each("paper/table-2-pair", &[], squared_distances)?);

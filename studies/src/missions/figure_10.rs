@@ -39,8 +39,9 @@ pub(crate) fn figure_10(plan: &Plan) -> Result<Study, Failure> {
         format!(
             "`{MISSION}`. The band contains 90 % of the values of all UAVs (or groups) of all runs at a time step. For \
              each group, d_m is compared with the distance from the estimated centre to the true centroid of the \
-             members by Spearman's rank correlation, which is not affected by d_m being a square. The table also has \
-             the same mission with a margin in metres."
+             members by Spearman's rank correlation. The margin in metres, which the paper does not have, is \
+             `--set {}`.",
+            IN_METRES.join(" --set ")
         ),
     );
     let runs = plan.each(MISSION, &[], observe)?;

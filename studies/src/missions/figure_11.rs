@@ -41,12 +41,10 @@ pub(crate) fn figure_11(plan: &Plan) -> Result<Study, Failure> {
         "figure-11",
         "Figure 11: off-boresight angle of the furthest target",
         format!(
-            "`{BASIC}` (11a: no active measures, no dwell) and `{MISSION}` (11b) with the same seeds, and 11b with a \
-             margin in metres (`--set {}`), which the paper does not have. The off-boresight angle (the paper's line \
-             of sight) is the angle between a UAV's boresight and the true position of the furthest member of its \
-             group; during the dwell, a target counts as a member of the passing group. The limit is half the field of \
-             view.",
-            IN_METRES.join(" --set ")
+            "`{BASIC}` (11a: no active measures, no dwell) and `{MISSION}` (11b) with the same seeds, and 11b with the \
+             margin in metres of figure 10. The off-boresight angle (the paper's line of sight) is the angle between a \
+             UAV's boresight and the true position of the furthest member of its group; during the dwell, a target \
+             counts as a member of the passing group. The limit is half the field of view."
         ),
     );
     let half_deg = half_deg(&plan.first(MISSION, &[])?.settings);
