@@ -15,7 +15,7 @@ pub(crate) const EXAMPLES: &str = "\
 Examples:
   standoff reproduce                              all studies, 1 to 2 minutes
   standoff reproduce table-2 --runs 1000
-  standoff reproduce --page docs/developer/validation.md    the page of all claims";
+  standoff reproduce --page validation.md         the page of all claims";
 
 /// Options of `standoff reproduce`.
 #[derive(Parser)]
