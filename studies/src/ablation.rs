@@ -2,7 +2,8 @@
 
 use standoff_score::{MetricSelection, Metrics};
 
-use super::claim::{shown, signed};
+use super::claim::shown;
+use super::metric_table::{Column, Differences, data_columns, select, select_columns};
 use super::monte_carlo_plan::{DEFAULT_VALUES, PAPER_LAW, PAPER_VALUES, Plan, ScenarioVariant, file_name, measured};
 use super::statistics::Estimate;
 use super::study::{Data, Study, Table};
@@ -60,13 +61,13 @@ const GUIDANCE: &str = "guidance: predicted lead, speed relative to the centre, 
 /// All improvements: the default law.
 const ALL: [&str; 1] = ["guidance.law=standoff"];
 
-/// Metrics in the tables: metric, heading.
-const SHOWN: [(&str, &str); 5] = [
-    ("standoff_error_m_settled", "standoff error, true (m)"),
-    ("standoff_error_own_estimate_m_settled", "own estimate (m)"),
-    ("phase_error_deg", "phase (deg)"),
-    ("off_boresight_max_deg", "off-boresight angle, maximum (deg)"),
-    ("standoff_distance_m", "mean r_d (m)"),
+/// Metrics in the tables.
+const SHOWN: [Column; 5] = [
+    ("standoff_error_m_settled", "standoff error, true (m)", 1.0),
+    ("standoff_error_own_estimate_m_settled", "own estimate (m)", 1.0),
+    ("phase_error_deg", "phase (deg)", 1.0),
+    ("off_boresight_max_deg", "off-boresight angle, maximum (deg)", 1.0),
+    ("standoff_distance_m", "mean r_d (m)", 1.0),
 ];
 
 /// Goals of `improved/table-2-pair`: metric, description, minimum, maximum.
@@ -87,10 +88,10 @@ pub(crate) fn improvements(plan: &Plan) -> Result<Study, Failure> {
     let mut found = Study::new(
         "improvements",
         "Beyond the paper: improvements, one at a time",
-        "Each improvement is a setting of the scenario, and the guidance of the default law as a whole. The tables show differences from the paper's law with the same \
-         seeds, with 95 % intervals. *True* errors use the true geometry, *own estimate* errors the agents' own \
-         unfiltered (15), both after the transient. Traffic missions start from the paper's law, too, with the exact \
-         (25) and the margin (16) as published.",
+        "Each improvement is a setting of the scenario, and the guidance of the default law as a whole. The tables show \
+         differences from the paper's law with the same seeds, with 95 % intervals. True errors use the true \
+         geometry, own estimate errors the agents' own unfiltered (15), both after the transient. Traffic missions \
+         start from the paper's law, too, with the exact (25) and the margin (16) as published.",
     );
     let mut missions = vec![
         (PAIR.to_owned(), ScenarioVariant::of(PAIR, &[])),
@@ -99,8 +100,7 @@ pub(crate) fn improvements(plan: &Plan) -> Result<Study, Failure> {
         ("traffic/city".to_owned(), ScenarioVariant::of("traffic/city", &PAPER_LAW)),
     ];
     missions.extend(plan.traffic.iter().map(|file| (file_name(file), ScenarioVariant::over(file, &PAPER_LAW))));
-    let names: Vec<&str> = SHOWN.iter().map(|(metric, _)| *metric).collect();
-    let choice = MetricSelection::parse(&names.join(",")).map_err(Failure::running)?;
+    let choice = select_columns(&SHOWN)?;
     let mut data = Vec::new();
     for (index, (name, mission)) in missions.iter().enumerate() {
         let runs = |set: &[&str]| plan.fly(&mission.and(set), choice);
@@ -110,20 +110,16 @@ pub(crate) fn improvements(plan: &Plan) -> Result<Study, Failure> {
         let rows = IMPROVEMENTS.iter().map(|improvement| (improvement.name, improvement.set));
         let rows = [(GUIDANCE, &guidance[..])].into_iter().chain(rows).chain([("all improvements", &ALL[..])]);
         for (number, (row, set)) in rows.enumerate() {
-            let changed = runs(set)?;
-            add(&mut table, row, &base, &changed);
-            data.push(numbers(index, number, &base, &changed));
+            let numbers = table.add(row, &runs(set)?);
+            data.push([index as f64, number as f64].into_iter().chain(numbers).collect());
         }
-        found.tables.push(table);
+        found.tables.push(table.table);
     }
-    let all = MetricSelection::parse("standard,limits").map_err(Failure::running)?;
+    let all = select(&["standard", "limits"])?;
     let best = plan.fly(&ScenarioVariant::of(IMPROVED, &[]), all)?;
     found.tables.push(without_each(plan, choice, &best)?);
     found.tables.push(goals(plan, &best, &plan.fly(&ScenarioVariant::of(PAIR, &[]), all)?)?);
-    let mut columns = "mission,improvement".to_owned();
-    for (metric, _) in SHOWN {
-        columns += &format!(",{metric}_before,{metric}_difference,{metric}_half_width");
-    }
+    let columns = "mission,improvement".to_owned() + &data_columns(&SHOWN, "before");
     found.data.push(Data::new("improvements", columns, data));
     Ok(found)
 }
@@ -135,40 +131,14 @@ fn without_each(plan: &Plan, choice: MetricSelection, best: &[Metrics]) -> Resul
     let rows = IMPROVEMENTS.iter().map(|improvement| (improvement.name, improvement.undo));
     let rows = [(GUIDANCE, &guidance[..])].into_iter().chain(rows).filter(|(_, undo)| !undo.is_empty());
     for (row, undo) in rows {
-        add(&mut table, row, best, &plan.fly(&ScenarioVariant::of(IMPROVED, undo), choice)?);
+        table.add(row, &plan.fly(&ScenarioVariant::of(IMPROVED, undo), choice)?);
     }
-    Ok(table)
+    Ok(table.table)
 }
 
-/// Creates a table of differences; its first row has the reference values.
-fn gains(title: &str, base: &[Metrics]) -> Table {
-    let heads = [""].into_iter().chain(SHOWN.map(|(_, head)| head));
-    let mut table = Table::new(format!("{title} (differences from the first row):"), heads);
-    table.add("reference", SHOWN.map(|(metric, _)| Estimate::mean(&measured(base, metric)).formatted(shown)));
-    table
-}
-
-fn add(table: &mut Table, name: &str, base: &[Metrics], changed: &[Metrics]) {
-    table.add(name, SHOWN.map(|(metric, _)| difference(base, changed, metric).formatted(signed)));
-}
-
-/// Computes the mean paired difference of a metric.
-pub(crate) fn difference(base: &[Metrics], changed: &[Metrics], metric: &str) -> Estimate {
-    let pairs = base.iter().zip(changed).filter_map(|(from, to)| Some(to.value(metric)? - from.value(metric)?));
-    Estimate::mean(&pairs.collect::<Vec<_>>())
-}
-
-fn numbers(mission: usize, improvement: usize, base: &[Metrics], changed: &[Metrics]) -> Vec<f64> {
-    let mut row = vec![mission as f64, improvement as f64];
-    for (metric, _) in SHOWN {
-        let difference = difference(base, changed, metric);
-        row.extend([
-            Estimate::mean(&measured(base, metric)).value,
-            difference.value,
-            0.5 * (difference.high - difference.low),
-        ]);
-    }
-    row
+/// Creates a table of differences from the paper's law or from the improved one.
+fn gains<'a>(title: &str, reference: &'a [Metrics]) -> Differences<'a> {
+    Differences::new(format!("{title} (differences from the first row):"), "reference", &SHOWN, reference)
 }
 
 /// Creates the table of goals and of theoretical limits.
@@ -186,7 +156,7 @@ fn goals(plan: &Plan, best: &[Metrics], paper: &[Metrics]) -> Result<Table, Fail
         table.add(what, [goal, reached.to_owned(), value.formatted(shown)]);
     };
     for (metric, what, at_least, at_most) in GOALS {
-        row(what, at_least, at_most, Estimate::mean(&measured(best, metric)));
+        row(what, at_least, at_most, Estimate::of(best, metric));
     }
     // Orbits around the minimum enclosing circle are smaller by definition, so the reference uses this centre,
     // too.
@@ -196,7 +166,7 @@ fn goals(plan: &Plan, best: &[Metrics], paper: &[Metrics]) -> Result<Table, Fail
     let percent = Estimate::percent(&papers, &own);
     row("mean r_d relative to the paper's law with the minimum enclosing circle (% more)", -2.0, 2.0, percent);
     let more = Plan { runs: plan.runs.saturating_mul(VIEW_RUNS_FACTOR), ..plan.clone() };
-    let views = MetricSelection::parse("member_longest_out_of_view_s,infeasible_fraction").map_err(Failure::running)?;
+    let views = select(&["member_longest_out_of_view_s", "infeasible_fraction"])?;
     let unseen = more.fly(&ScenarioVariant::of(IMPROVED, &[]), views)?;
     // Runs with a group that no feasible orbit covers are excluded, because members may then be lost.
     let feasible: Vec<&Metrics> = unseen.iter().filter(|run| run.infeasible_fraction == Some(0.0)).collect();
@@ -211,14 +181,14 @@ fn goals(plan: &Plan, best: &[Metrics], paper: &[Metrics]) -> Result<Table, Fail
             row(&format!("`{ratio}` of `{name}`"), 0.97, 1.02, value);
         }
         for metric in ["anees", "nis"] {
-            row(&format!("`{metric}` of `{name}`"), 0.95, 1.05, Estimate::mean(&measured(runs, metric)));
+            row(&format!("`{metric}` of `{name}`"), 0.95, 1.05, Estimate::of(runs, metric));
         }
     }
     for (metric, what) in [
         ("orbit_prediction_error_m_settled", "lower bound of the true standoff error with this information (m)"),
         ("own_orbit_prediction_error_m_settled", "lower bound of the error by own estimates (m)"),
     ] {
-        let limit = Estimate::mean(&measured(best, metric)).formatted(shown);
+        let limit = Estimate::of(best, metric).formatted(shown);
         table.add(what, [String::new(), String::new(), limit]);
     }
     Ok(table)

@@ -242,19 +242,13 @@ impl Claim {
         }
     }
 
-    /// Returns how the numbers differ from the paper's, and the known cause; empty if the claim is reproduced.
-    pub(crate) fn reason(&self) -> String {
-        let cause = self.cause().map_or_else(String::new, |cause| format!("; {cause}"));
-        self.gap() + &cause
-    }
-
     /// Returns the known cause why the claim is not reproduced; `None` if it is, or if no cause is known.
     pub(crate) fn cause(&self) -> Option<&'static str> {
         (self.finding.verdict() != Verdict::Reproduced && !self.reason.is_empty()).then_some(self.reason)
     }
 
-    /// Describes how the numbers differ from the paper's; empty if the claim is reproduced.
-    pub(crate) fn gap(&self) -> String {
+    /// Describes how the numbers differ from the paper's; `None` if the claim is reproduced.
+    pub(crate) fn gap(&self) -> Option<String> {
         let verdict = self.finding.verdict();
         let (Finding::Number { ours, .. }
         | Finding::Difference { ours, .. }
@@ -262,12 +256,12 @@ impl Claim {
         | Finding::OneRun { ours, .. }
         | Finding::Tendency { ours }) = self.finding;
         if verdict == Verdict::Reproduced {
-            return String::new();
+            return None;
         }
         if ours.value.is_nan() {
-            return "could not be measured".to_owned();
+            return Some("could not be measured".to_owned());
         }
-        match self.finding {
+        Some(match self.finding {
             Finding::Number { paper, tolerance, ours } if ours.low > paper + tolerance => {
                 format!("above {}, the upper end of the tolerance", self.with_unit(paper + tolerance))
             }
@@ -293,7 +287,7 @@ impl Claim {
                 "the interval of the correlation does not exceed 0.5".to_owned()
             }
             Finding::Tendency { .. } => "the interval of the correlation does not exceed 0".to_owned(),
-        }
+        })
     }
 
     fn estimate(&self, ours: Estimate) -> String {
@@ -420,11 +414,12 @@ mod tests {
             runs: 0,
             reason,
         };
-        let reason = |ours, cause| claim(ours, cause).reason();
-        assert_eq!(reason(10.0, "because"), "");
-        assert_eq!(reason(20.0, "because"), "above 11.00 m, the upper end of the tolerance; because");
-        assert_eq!(reason(5.0, ""), "below 9.000 m, the lower end of the tolerance");
-        assert_eq!(reason(f64::NAN, ""), "could not be measured");
+        let reason = |ours, cause| (claim(ours, cause).gap(), claim(ours, cause).cause());
+        assert_eq!(reason(10.0, "because"), (None, None));
+        let above = Some("above 11.00 m, the upper end of the tolerance".to_owned());
+        assert_eq!(reason(20.0, "because"), (above, Some("because")));
+        assert_eq!(reason(5.0, ""), (Some("below 9.000 m, the lower end of the tolerance".to_owned()), None));
+        assert_eq!(reason(f64::NAN, ""), (Some("could not be measured".to_owned()), None));
         assert_eq!(claim(20.0, "").ours(), "20.00 m");
     }
 

@@ -1,11 +1,11 @@
 //! Custody of traffic and control effort: the paper's law, all improvements, and all improvements except one.
 
-use standoff_score::{MetricSelection, Metrics};
+use standoff_score::Metrics;
 use standoff_sim::baseline::baseline;
 
-use super::ablation::difference;
-use super::claim::{shown, signed};
-use super::monte_carlo_plan::{PAPER_LAW, Plan, ScenarioVariant, file_name, measured};
+use super::claim::shown;
+use super::metric_table::{Column, Differences, data_columns, select_columns};
+use super::monte_carlo_plan::{PAPER_LAW, Plan, ScenarioVariant, file_name};
 use super::statistics::Estimate;
 use super::street_traffic::Streets;
 use super::study::{Data, Study, Table};
@@ -27,8 +27,8 @@ const WITHOUT: [(&str, &[&str]); 12] = [
     ("the search for lost targets", &["groups.search_lost_targets=false"]),
 ];
 
-/// Metrics in the tables: metric, heading, factor to the unit of the heading.
-const SHOWN: [(&str, &str, f64); 8] = [
+/// Metrics in the tables.
+const SHOWN: [Column; 8] = [
     ("custody_fraction", "custody (%)", 100.0),
     ("member_out_of_view_fraction", "out of view (%)", 100.0),
     ("position_error_m", "position error (m)", 1.0),
@@ -58,7 +58,7 @@ pub(crate) fn coverage(plan: &Plan) -> Result<Study, Failure> {
             "The default settings (all improvements), the same without one improvement at a time, and the paper's law \
              (with its margin (16) as published and the exact (25)): {} runs each, seeds {} to {}. No parameter was \
              tuned on these seeds; the built-in missions were used for tuning, with other seeds. Differences are \
-             paired by seed, with 95 % intervals. *Streets* are drawn from the seed: crossings every 150 m, and cars \
+             paired by seed, with 95 % intervals. Streets are drawn from the seed: crossings every 150 m, and cars \
              of 5 to 15 m/s that stop and turn at random, for 300 s. The coverage baseline is the coverage of greedy \
              discs with the footprint of the largest orbit and perfect knowledge of all targets: half as many discs as \
              UAVs (the paper's number of groups), and as many as UAVs. It is not a bound.",
@@ -67,7 +67,7 @@ pub(crate) fn coverage(plan: &Plan) -> Result<Study, Failure> {
             plan.first_seed + u64::from(plan.runs) - 1,
         ),
     );
-    let choice = MetricSelection::parse(&SHOWN.map(|(metric, ..)| metric).join(",")).map_err(Failure::running)?;
+    let choice = select_columns(&SHOWN)?;
     let heads = [
         "",
         "paper's law",
@@ -82,33 +82,24 @@ pub(crate) fn coverage(plan: &Plan) -> Result<Study, Failure> {
     for (index, (name, mission)) in missions(plan).iter().enumerate() {
         let all = plan.fly(mission, choice)?;
         let papers = plan.fly(&mission.and(&PAPER_LAW), choice)?;
-        let heads = [""].into_iter().chain(SHOWN.map(|(_, head, _)| head));
         let title = format!("{name}: all improvements, and differences from them:");
-        let mut table = Table::new(title, heads);
-        table.add("all", SHOWN.map(|(metric, _, unit)| mean(&all, metric).times(unit).formatted(shown)));
-        let mut add = |number: usize, row: &str, changed: &[Metrics]| {
-            let changes = SHOWN.map(|(metric, _, unit)| (difference(&all, changed, metric), unit));
-            table.add(row, changes.map(|(change, unit)| change.times(unit).formatted(signed)));
-            let numbers = SHOWN.iter().zip(changes).flat_map(|(&(metric, ..), (change, _))| {
-                [mean(&all, metric).value, change.value, 0.5 * (change.high - change.low)]
-            });
+        let mut table = Differences::new(title, "all", &SHOWN, &all);
+        let mut add = |number: usize, row: &str, runs: &[Metrics]| {
+            let numbers = table.add(row, runs);
             data.push([index as f64, number as f64].into_iter().chain(numbers).collect());
         };
         add(0, "the paper's law", &papers);
         for (number, (row, undo)) in WITHOUT.iter().enumerate() {
             add(1 + number, &format!("without {row}"), &plan.fly(&mission.and(undo), choice)?);
         }
-        tables.push(table);
-        let custody = [&papers, &all].map(|runs| mean(runs, "custody_fraction"));
+        tables.push(table.table);
+        let custody = [&papers, &all].map(|runs| Estimate::of(runs, "custody_fraction"));
         let cells = custody.into_iter().chain(discs(plan, mission)?);
         summary.add(name, cells.map(|estimate| estimate.times(100.0).formatted(shown)));
     }
     found.tables.push(summary);
     found.tables.extend(tables);
-    let mut columns = "mission,without".to_owned();
-    for (metric, ..) in SHOWN {
-        columns += &format!(",{metric}_all,{metric}_difference,{metric}_half_width");
-    }
+    let columns = "mission,without".to_owned() + &data_columns(&SHOWN, "all");
     found.data.push(Data::new("coverage", columns, data));
     Ok(found)
 }
@@ -137,10 +128,6 @@ fn missions(plan: &Plan) -> Vec<(String, ScenarioVariant)> {
     missions
 }
 
-fn mean(runs: &[Metrics], metric: &str) -> Estimate {
-    Estimate::mean(&measured(runs, metric))
-}
-
 /// Returns the coverage of half as many discs as UAVs, moving and re-placed at every time step, and of as many discs as
 /// UAVs.
 fn discs(plan: &Plan, mission: &ScenarioVariant) -> Result<[Estimate; 4], Failure> {
@@ -159,6 +146,7 @@ mod tests {
     use standoff_sim::scenario::{Scenario, Targets};
 
     use super::*;
+    use crate::metric_table::select;
     use crate::monte_carlo_plan::PAPER_VALUES;
 
     /// Each row of the tables sets values of the paper's law. Each value of that law is in a row, except those that
@@ -193,7 +181,7 @@ mod tests {
         };
         let traffic = plan.observe(&town, cars).map_err(|_| ()).unwrap();
         assert!(traffic[0].0 == 9 && traffic[1].0 == 9 && traffic[0].1 != traffic[1].1, "{traffic:?}");
-        let runs = plan.fly(&town, MetricSelection::parse("custody_fraction").unwrap()).map_err(|_| ()).unwrap();
+        let runs = plan.fly(&town, select(&["custody_fraction"]).map_err(|_| ()).unwrap()).map_err(|_| ()).unwrap();
         let share = runs[0].custody_fraction.unwrap();
         assert!(0.0 < share && share < 1.0, "{share}");
         let [half, half_best, all, all_best] = discs(&plan, &town).map_err(|_| ()).unwrap();

@@ -23,7 +23,7 @@ use super::statistics::Estimate;
 use crate::error::Failure;
 
 /// The mission of figures 9 to 11.
-const MISSION: &str = "paper/figure-9";
+pub(crate) const MISSION: &str = "paper/figure-9";
 /// The mission of figure 11a.
 const BASIC: &str = "paper/figure-9-basic";
 

@@ -78,88 +78,102 @@ pub(crate) fn figure_7(_: &Plan) -> Result<Study, Failure> {
     let mut figure = Study::new(
         "figure-7",
         "Figure 7: where 90 degrees is optimal",
-        "eta averaged over the target's bearing, for three sensors. For one target, (36) is correct as published, and \
-         its derivative by cos^2 gamma is -(a - b_1)(a - b_2) with a = 1/sigma_r^2, b_i = 1/(r_i sigma_theta)^2. \
-         Therefore 90 degrees is optimal if both UAVs are closer than r* = sigma_r / sigma_theta (191 m with Table I) \
-         or both are further away, and 0 or 180 degrees if one is closer and one further; at r* the phase \
-         difference has no effect.",
+        "eta averaged over the target's bearing, for three sensors. For one target, [90 degrees is \
+         optimal](method.md#phase-of-two-uavs-on-one-orbit-35-36) if both UAVs are closer than r* = sigma_r / sigma_theta or \
+         both are further away.",
     );
     let by_phase = |scale: f64| {
         let line = |target_m: f64| (0..=180).map(f64::from).map(move |deg| (deg, averaged(scale, deg, target_m)));
         plot("Phase difference (°)", format!("mean η, σ_scale {scale}"), by_target(line))
     };
-    let plots = SCALES.map(by_phase);
     let heading = "Information of a pair of UAVs, mean over the target's bearing (figure 7)";
-    figure.draw("figure-7", heading, "orbit of 400 m", &plots)?;
+    figure.draw("figure-7", heading, "orbit of 400 m", &SCALES.map(by_phase))?;
 
+    let sensor = TeamParams::paper().track.sensor;
+    let optima = optima();
+    figure.claims = claims(&sensor, &optima);
+    figure.tables = vec![table_of_optima(&optima), pairs(&sensor)];
+    let row = |at: &Optimum| vec![at.scale, at.target_m, at.phase_difference_deg, at.gain];
+    figure.data.push(Data::new(
+        "figure-7",
+        "sigma_scale,target_m,optimal_phase_difference_deg,eta_over_eta_at_90_deg",
+        optima.iter().map(row),
+    ));
+    two_ranges(&mut figure, &sensor)?;
+    Ok(figure)
+}
+
+/// Optimal phase difference for a sensor and a distance of the target from the centre.
+struct Optimum {
+    scale: f64,
+    target_m: f64,
+    /// NaN if eta is constant.
+    phase_difference_deg: f64,
+    /// Eta there, divided by eta at 90 degrees.
+    gain: f64,
+}
+
+/// Computes the optima of every sensor, every 20 m.
+fn optima() -> Vec<Optimum> {
+    let optimum = |scale, target_m| {
+        let (phase_difference_deg, most) = best_of(0..=180, |deg| averaged(scale, deg, target_m));
+        Optimum { scale, target_m, phase_difference_deg, gain: most / averaged(scale, 90.0, target_m) }
+    };
+    let distances_m = || (0..=180).step_by(20).map(f64::from);
+    SCALES.into_iter().flat_map(|scale| distances_m().map(move |target_m| optimum(scale, target_m))).collect()
+}
+
+/// Creates the table of the optima for the distances of the figures.
+fn table_of_optima(optima: &[Optimum]) -> Table {
     let mut table = Table::new(
         "Optimal phase difference by sensor and distance of the target from the centre:",
         ["sigma_scale", "target (m)", "optimal phase difference (deg)", "eta there / eta at 90 deg"],
     );
-    let mut rows = Vec::new();
-    let mut best_at_edge = Vec::new();
-    for scale in SCALES {
-        for target_m in (0..=180).step_by(20).map(f64::from) {
-            let (best_deg, most) = best_of(0..=180, |deg| averaged(scale, deg, target_m));
-            let gain = most / averaged(scale, 90.0, target_m);
-            rows.push(vec![scale, target_m, best_deg, gain]);
-            if target_m == TARGETS_M[3] {
-                best_at_edge.push(best_deg);
-            }
-            if TARGETS_M.contains(&target_m) {
-                let angle = if best_deg.is_nan() { "any".to_owned() } else { format!("{best_deg:.0}") };
-                table.rows.push(vec![scale.to_string(), target_m.to_string(), angle, shown(gain)]);
-            }
-        }
+    for at in optima.iter().filter(|at| TARGETS_M.contains(&at.target_m)) {
+        let deg = at.phase_difference_deg;
+        let angle = if deg.is_nan() { "any".to_owned() } else { format!("{deg:.0}") };
+        table.add(at.scale.to_string(), [at.target_m.to_string(), angle, shown(at.gain)]);
     }
-    let away_deg = |row: &&Vec<f64>| (row[2] - 90.0).abs();
-    let ranging = rows.iter().filter(|row| row[0] == 100.0).map(|row| away_deg(&row)).fold(0.0, f64::max);
-    figure.data.push(Data::new(
-        "figure-7",
-        "sigma_scale,target_m,optimal_phase_difference_deg,eta_over_eta_at_90_deg",
-        rows,
-    ));
-    let etas: Vec<f64> = (0..=180).map(|deg| averaged(1.0, f64::from(deg), 100.0)).collect();
-    let spread = |values: &[f64]| {
-        let (low, high) = values.iter().fold((f64::INFINITY, 0.0f64), |(low, high), v| (low.min(*v), high.max(*v)));
-        100.0 * (high / low - 1.0)
-    };
-    let sensor = TeamParams::paper().track.sensor;
-    let alone = optimal_phase_difference_rad([ORBIT_M; 2], &sensor).unwrap_or(f64::NAN).to_degrees();
+    table
+}
 
-    figure.claims.push(Claim::computed(
+/// Creates the claims of figure 7.
+fn claims(sensor: &SensorParams, optima: &[Optimum]) -> Vec<Claim> {
+    let alone = optimal_phase_difference_rad([ORBIT_M; 2], sensor).unwrap_or(f64::NAN).to_degrees();
+    let mut claims = vec![Claim::computed(
         "one target, both UAVs at the same range: the optimal phase difference",
         "deg",
         [90.0, 1.0],
         alone,
         "",
-    ));
-    for ((scale, best_deg), reason) in SCALES.into_iter().zip(best_at_edge).zip(REASONS) {
-        figure.claims.push(Claim::computed(
-            format!("\"the optimal angle still stays around 90°\": target at 180 m, sigma_scale {scale}"),
+    )];
+    for (at, reason) in optima.iter().filter(|at| at.target_m == TARGETS_M[3]).zip(REASONS) {
+        claims.push(Claim::computed(
+            format!("\"the optimal angle still stays around 90°\": target at 180 m, sigma_scale {}", at.scale),
             "deg",
             [90.0, ABOUT_DEG],
-            best_deg,
+            at.phase_difference_deg,
             reason,
         ));
     }
-    figure.claims.push(Claim::computed(
+    let ranging = optima.iter().filter(|at| at.scale == 100.0);
+    claims.push(Claim::computed(
         "sigma_scale 100: the optimal phase difference stays around 90 deg at any distance; largest deviation",
         "deg",
         [0.0, ABOUT_DEG],
-        ranging,
+        ranging.map(|at| (at.phase_difference_deg - 90.0).abs()).fold(0.0, f64::max),
         "",
     ));
-    figure.claims.push(Claim::computed(
+    let etas = (0..=180).map(|deg| averaged(1.0, f64::from(deg), 100.0));
+    let (low, high) = etas.fold((f64::INFINITY, 0.0f64), |(low, high), eta| (low.min(eta), high.max(eta)));
+    claims.push(Claim::computed(
         "sigma_scale 1: up to 100 m, eta depends on the distance only; largest change by the phase difference",
         "%",
         [0.0, 5.0],
-        spread(&etas),
+        100.0 * (high / low - 1.0),
         "the phase difference changes eta, although much less than the distance does",
     ));
-    figure.tables = vec![table, pairs(&sensor)];
-    two_ranges(&mut figure, &sensor)?;
-    Ok(figure)
+    claims
 }
 
 /// Creates the table of optimal phase differences of two UAVs at unequal ranges from one target, with the sensor of

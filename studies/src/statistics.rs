@@ -28,6 +28,17 @@ impl Estimate {
         Self { value, low: value - half, high: value + half }
     }
 
+    /// Computes the mean of a metric over the runs that have it.
+    pub(crate) fn of(runs: &[Metrics], metric: &str) -> Self {
+        Self::mean(&runs.iter().filter_map(|run| run.value(metric)).collect::<Vec<_>>())
+    }
+
+    /// Computes the mean difference of a metric, paired by seed.
+    pub(crate) fn difference(from: &[Metrics], to: &[Metrics], metric: &str) -> Self {
+        let pairs = from.iter().zip(to).filter_map(|(from, to)| Some(to.value(metric)? - from.value(metric)?));
+        Self::mean(&pairs.collect::<Vec<_>>())
+    }
+
     /// Computes the relative change from the mean of `from` to the mean of `to`, percent, with the linearised 95 %
     /// interval of the paired ratio.
     pub(crate) fn percent(from: &[f64], to: &[f64]) -> Self {

@@ -29,7 +29,7 @@ pub struct Study {
     pub(crate) name: &'static str,
     /// Heading.
     pub(crate) title: &'static str,
-    /// Description of the study in a few sentences of Markdown.
+    /// Description in a few sentences: Markdown for the page or, if the study has no claims, text for a terminal.
     pub(crate) about: String,
     pub(crate) claims: Vec<Claim>,
     pub(crate) tables: Vec<Table>,
@@ -78,23 +78,29 @@ impl Study {
         self.data.iter().try_for_each(|data| write(&dir.join(format!("{}.csv", data.name)), &data.csv()))
     }
 
-    /// Returns the number of its claims with this verdict.
-    pub(crate) fn count(&self, verdict: Verdict) -> usize {
-        self.claims.iter().filter(|claim| claim.finding.verdict() == verdict).count()
+    /// Returns the claims, each with the known cause why it is not reproduced. A cause that repeats the one of the
+    /// claim above is replaced by a reference to it.
+    pub(crate) fn claims_with_causes(&self) -> impl Iterator<Item = (&Claim, Option<&'static str>)> {
+        let above = [None].into_iter().chain(self.claims.iter().map(Claim::cause));
+        self.claims.iter().zip(above).map(|(claim, above)| match claim.cause() {
+            Some(cause) if above == Some(cause) => (claim, Some("cause as above")),
+            cause => (claim, cause),
+        })
     }
 
     /// Formats the claims and tables as plain text for a terminal of 100 columns.
     pub fn text(&self) -> String {
-        let (mut text, mut last) = (format!("{}\n", self.title), "");
-        for claim in &self.claims {
+        let mut text = format!("{}\n", self.title);
+        if self.claims.is_empty() {
+            text += &wrapped("  ", &self.about, WIDTH);
+        }
+        for (claim, cause) in self.claims_with_causes() {
             text += &wrapped(&format!("  {:15} ", claim.finding.verdict().words()), &plain(&claim.what), WIDTH);
             text += &wrapped(&" ".repeat(18), &format!("paper {}; ours {}", claim.paper(), claim.ours()), WIDTH);
-            let is_same = claim.cause().is_some_and(|cause| cause == last);
-            let reason = if is_same { format!("{}; cause as above", claim.gap()) } else { claim.reason() };
-            if !reason.is_empty() {
+            if let Some(gap) = claim.gap() {
+                let reason = cause.map_or_else(|| gap.clone(), |cause| format!("{gap}; {cause}"));
                 text += &wrapped(&" ".repeat(18), &plain(&reason), WIDTH);
             }
-            last = claim.cause().unwrap_or_default();
         }
         for table in &self.tables {
             text += &format!(
@@ -165,24 +171,30 @@ pub(crate) fn line_of(label: impl Into<String>, colour: usize, rows: &[Vec<f64>]
     line(label, colour, rows.iter().map(|row| (row[0], row[column])))
 }
 
+/// Returns the heads of a table of names and [`counts`].
+pub(crate) fn count_heads() -> Vec<&'static str> {
+    ["", "claims"].into_iter().chain(Verdict::ALL.map(Verdict::words)).collect()
+}
+
+/// Returns the number of claims of some studies, in total and by verdict.
+pub(crate) fn counts(studies: &[&Study]) -> Vec<String> {
+    let claims = || studies.iter().flat_map(|study| &study.claims);
+    let count = |verdict| claims().filter(|claim| claim.finding.verdict() == verdict).count();
+    [claims().count()].into_iter().chain(Verdict::ALL.map(count)).map(|count| count.to_string()).collect()
+}
+
 /// Formats a summary in lines of at most 100 columns: the number of claims of each study by verdict.
 pub fn summary(studies: &[Study]) -> String {
     let studies: Vec<&Study> = studies.iter().filter(|study| !study.claims.is_empty()).collect();
-    let row = |title: &str, studies: &[&Study]| {
-        let count = |verdict: Verdict| studies.iter().map(|study| study.count(verdict)).sum();
-        let claims = studies.iter().map(|study| study.claims.len()).sum::<usize>();
-        let counts = [claims].into_iter().chain(Verdict::ALL.map(count));
-        [title.to_owned()].into_iter().chain(counts.map(|count| count.to_string())).collect()
-    };
-    let mut rows: Vec<Vec<String>> = studies.iter().map(|study| row(study.title, &[study])).collect();
-    if rows.is_empty() {
+    if studies.is_empty() {
         return String::new();
     }
+    let row = |title: &str, studies: &[&Study]| [vec![title.to_owned()], counts(studies)].concat();
+    let mut rows: Vec<Vec<String>> = studies.iter().map(|study| row(study.title, &[study])).collect();
     if rows.len() > 1 {
         rows.push(row("total", &studies));
     }
-    let heads = ["", "claims", "reproduced", "direction only", "undecided", "not reproduced"];
-    let mut text = "Summary\n".to_owned() + &columns(&heads, rows);
+    let mut text = "Summary\n".to_owned() + &columns(&count_heads(), rows);
     text += "\nRules of the verdicts, by kind of claim\n";
     for (kind, rule) in RULES {
         text += &wrapped(&format!("  {kind:11}"), rule, WIDTH);

@@ -1,9 +1,8 @@
 //! Beyond the paper: two UAVs in wind, and on aircraft that bank.
 
-use standoff_score::MetricSelection;
-
 use super::claim::shown;
-use super::monte_carlo_plan::{Plan, ScenarioVariant, measured};
+use super::metric_table::{Column, select_columns, table};
+use super::monte_carlo_plan::{Plan, ScenarioVariant};
 use super::statistics::Estimate;
 use super::study::{Data, Study, Table};
 use crate::error::Failure;
@@ -46,8 +45,8 @@ const AIRCRAFT: [(&str, &[&str], bool); 5] = [
     ("banking, uncoordinated", &[BANK, UNCOORDINATED], true),
 ];
 
-/// Metrics in the tables: metric, heading, factor to the unit of the heading.
-const SHOWN: [(&str, &str, f64); 6] = [
+/// Metrics in the tables.
+const SHOWN: [Column; 6] = [
     ("standoff_error_m_settled", "standoff error, true (m)", 1.0),
     ("standoff_error_own_estimate_m_settled", "own estimate (m)", 1.0),
     ("phase_error_deg", "phase (deg)", 1.0),
@@ -62,30 +61,30 @@ pub(crate) fn wind(plan: &Plan) -> Result<Study, Failure> {
         "wind",
         "Beyond the paper: wind and banking aircraft",
         format!(
-            "`{MISSION}` in [wind](../user/wind.md), and with [banking aircraft](../user/dynamics.md). The wind blows from the west, and \
-             each UAV estimates it. *Fast* UAVs are those of the mission: 40 m/s, targets at 10 m/s. *Slow* UAVs have an \
-             airspeed of 23 m/s (16 to 30 m/s) and an orbit of 400 m. Their targets are at rest in the first table, unless \
-             it gives a relative wind, and otherwise move at 3 m/s to the east. *Uncoordinated* turns have 0.72 of the turn \
-             rate of coordinated ones. With *much power*, power never limits the speed."
+            "{MISSION} in wind (docs/user/wind.md), and with banking aircraft (docs/user/dynamics.md). The wind blows \
+             from the west, and each UAV estimates it. Fast UAVs are those of the mission: 40 m/s, targets at \
+             10 m/s. Slow UAVs have an airspeed of 23 m/s (16 to 30 m/s) and an orbit of 400 m. Their targets are at \
+             rest in the first table, unless it gives a relative wind, and otherwise move at 3 m/s to the east. \
+             Uncoordinated turns have 0.72 of the turn rate of coordinated ones. With much power, power never \
+             limits the speed."
         ),
     );
-    let choice = MetricSelection::parse(&SHOWN.map(|(metric, ..)| metric).join(",")).map_err(Failure::running)?;
+    let choice = select_columns(&SHOWN)?;
     let mut data = Vec::new();
     let mut measure = |table: &mut Table, name: &str, settings: &[&[&str]]| {
         let runs = plan.fly(&ScenarioVariant::of(MISSION, &settings.concat()), choice)?;
-        let estimates = SHOWN.map(|(metric, _, unit)| Estimate::mean(&measured(&runs, metric)).times(unit));
+        let estimates = SHOWN.map(|(metric, _, factor)| Estimate::of(&runs, metric).times(factor));
         table.add(name, estimates.map(|estimate| estimate.formatted(shown)));
         let numbers = estimates.into_iter().flat_map(|estimate| [estimate.value, estimate.low, estimate.high]);
         data.push([data.len() as f64].into_iter().chain(numbers).collect());
         Ok::<(), Failure>(())
     };
-    let table = |title: &str| Table::new(title, [""].into_iter().chain(SHOWN.map(|(_, head, _)| head)));
-    let mut winds = table("Slow UAVs in wind:");
+    let mut winds = table("Slow UAVs in wind:", &SHOWN);
     for (name, settings, at_rest) in WINDS {
         let targets = if at_rest { AT_REST } else { EASTWARD };
         measure(&mut winds, name, &[&SLOW, &targets, settings])?;
     }
-    let mut aircraft = table("Kinematic and banking aircraft:");
+    let mut aircraft = table("Kinematic and banking aircraft:", &SHOWN);
     let slow = [&SLOW[..], &EASTWARD].concat();
     for (speed, speed_settings) in [("fast", &[][..]), ("slow", &slow)] {
         for (air, wind_settings, _) in &WINDS[..2] {

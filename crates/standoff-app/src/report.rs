@@ -52,13 +52,7 @@ pub fn report_run(dir: &Path, place: &Path, choice: MetricSelection, warn: Warni
     let mut scorer = Scorer::new(config.clone(), choice);
     let manifest = record.manifest();
     let setup = Setup::of(manifest.title(), &settings);
-    let mut rows = record.target_rows().map_err(of_record)?;
-    if setup.detections.is_some() {
-        rows = rows.max(record.detection_rows().map_err(of_record)?);
-    }
-    let stride = usize::try_from(rows.div_ceil(REPORT_ROWS)).unwrap_or(usize::MAX).max(1);
-    let own_rows = record.agent_track_rows().map_err(of_record)?;
-    let state_stride = usize::try_from(own_rows.div_ceil(REPORT_OTHER_ROWS)).unwrap_or(usize::MAX).div_ceil(stride);
+    let [stride, state_stride] = strides(&record, &setup)?;
     let encoder = Encoder::new(&config, stride).with_team_states_every(state_stride);
     let (mut encoder, mut parts) = (encoder.with_detections(setup.detections), Vec::new());
     let (mut events, mut uavs) = (Events::default(), 0);
@@ -73,10 +67,56 @@ pub fn report_run(dir: &Path, place: &Path, choice: MetricSelection, warn: Warni
         FigureError::Frame(error) => of_record(error),
         other => Failure::running(other),
     })?;
+    let outcome = outcome_of(&record, settings, &scorer, choice, events, uavs);
+    warn_omitted(outcome.events.left_out(), warn);
+    parts.extend(encoder.part());
+    let mut head = Head::new(manifest, setup, record.target_names().to_vec());
+    head.map = Maps::default().of_record(&record, warn)?;
+    (head.stride, head.outcome) = (stride, lines(&outcome.metrics, &outcome.settings));
+    head.events_left_out = encoder.events_left_out();
+    head.other_events_left_out = encoder.other_events_left_out();
+    let files = ReportFiles { dir, place, unwritable: Cell::new(None) };
+    let write = || {
+        figures.iter().try_for_each(|figure| files.save(&format!("{}.svg", figure.name), &figure.svg))?;
+        files.save("summary.json", &outcome.json().map_err(Failure::running)?)?;
+        files.save("report.html", &page::report(&head, &parts).map_err(Failure::running)?)
+    };
+    let written = write();
+    if let Some(reason) = files.unwritable.take() {
+        let place = display_text::path(place);
+        warn(&format!("note: the summary, the figures and the page in {place} are not written: {reason}"));
+    }
+    Ok(Report { outcome, written })
+}
+
+/// Returns the stride of the time steps that a report includes, and that of those among them that have the other agents'
+/// states.
+fn strides(record: &Record, setup: &Setup) -> Result<[usize; 2], Failure> {
+    let mut rows = record.target_rows().map_err(of_record)?;
+    if setup.detections.is_some() {
+        rows = rows.max(record.detection_rows().map_err(of_record)?);
+    }
+    let own_rows = record.agent_track_rows().map_err(of_record)?;
+    let [stride, state_stride] = [rows.div_ceil(REPORT_ROWS), own_rows.div_ceil(REPORT_OTHER_ROWS)]
+        .map(|stride| usize::try_from(stride).unwrap_or(usize::MAX));
+    let stride = stride.max(1);
+    Ok([stride, state_stride.div_ceil(stride)])
+}
+
+/// Returns the results of a recorded run whose frames have been scored.
+fn outcome_of(
+    record: &Record,
+    settings: Settings,
+    scorer: &Scorer,
+    choice: MetricSelection,
+    events: Events,
+    uavs: usize,
+) -> Outcome {
+    let manifest = record.manifest();
     let name = |target: u32| record.target_names().get(target as usize).cloned().unwrap_or_default();
-    let outcome = Outcome {
+    Outcome {
         scenario: manifest.scenario.clone(),
-        about: about_of(&record),
+        about: about_of(record),
         seed: manifest.seed,
         duration_s: manifest.duration_s,
         unfinished_after_s: record.ends_s(),
@@ -91,37 +131,32 @@ pub fn report_run(dir: &Path, place: &Path, choice: MetricSelection, warn: Warni
         events,
         per_target: scorer.targets().map(|score| PerTarget { target: name(score.target), score }).collect(),
         settings,
-    };
-    warn_omitted(outcome.events.left_out(), warn);
-    parts.extend(encoder.part());
-    let mut head = Head::new(manifest, setup, record.target_names().to_vec());
-    head.map = Maps::default().of_record(&record, warn)?;
-    (head.stride, head.outcome) = (stride, lines(&outcome.metrics, &outcome.settings));
-    head.events_left_out = encoder.events_left_out();
-    head.other_events_left_out = encoder.other_events_left_out();
-    let unwritable = Cell::new(None);
-    let save = |name: &str, text: &str| {
-        let Err(reason) = atomic_file::save_quickly(&dir.join(name), text) else { return Ok(()) };
+    }
+}
+
+/// Files of a report.
+struct ReportFiles<'a> {
+    dir: &'a Path,
+    /// Final location of `dir`.
+    place: &'a Path,
+    /// Reason why an archived record got no files.
+    unwritable: Cell<Option<String>>,
+}
+
+impl ReportFiles<'_> {
+    fn save(&self, name: &str, text: &str) -> Result<(), Failure> {
+        let Err(reason) = atomic_file::save_quickly(&self.dir.join(name), text) else { return Ok(()) };
         // A record that is reported again may be an archive.
-        if dir == place && matches!(reason.kind(), ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem) {
-            unwritable.set(Some(reason.to_string()));
+        let is_read_only = matches!(reason.kind(), ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem);
+        if self.dir == self.place && is_read_only {
+            self.unwritable.set(Some(reason.to_string()));
             return Ok(());
         }
-        let path = display_text::path(&place.join(name));
-        let advice = format!("the record is complete: standoff report {} creates the missing files", shell_path(place));
+        let path = display_text::path(&self.place.join(name));
+        let command = format!("standoff report {}", shell_path(self.place));
+        let advice = format!("the record is complete: {command} creates the missing files");
         Err(Failure::running(format!("cannot write {path}: {reason}; {advice}")))
-    };
-    let write = || {
-        figures.iter().try_for_each(|figure| save(&format!("{}.svg", figure.name), &figure.svg))?;
-        save("summary.json", &outcome.json().map_err(Failure::running)?)?;
-        save("report.html", &page::report(&head, &parts).map_err(Failure::running)?)
-    };
-    let written = write();
-    if let Some(reason) = unwritable.take() {
-        let place = display_text::path(place);
-        warn(&format!("note: the summary, the figures and the page in {place} are not written: {reason}"));
     }
-    Ok(Report { outcome, written })
 }
 
 /// Returns the description of a recorded run's scenario; empty if it has none.

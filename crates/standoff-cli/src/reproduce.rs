@@ -7,7 +7,7 @@ use clap::Parser;
 use clap::builder::{PossibleValue, PossibleValuesParser};
 use standoff_app::Failure;
 use standoff_io::display_text;
-use standoff_reproduce::{self as paper, Plan, STUDY_GROUPS};
+use standoff_reproduce::{self as paper, Plan, STUDY_GROUPS, StudyGroup};
 
 use crate::terminal::{note, print};
 
@@ -15,13 +15,13 @@ pub(crate) const EXAMPLES: &str = "\
 Examples:
   standoff reproduce                              all studies, 1 to 2 minutes
   standoff reproduce table-2 --runs 1000
-  standoff reproduce --page docs/developer/validation.md    the page of all claims";
+  standoff reproduce --page validation.md         the page of all claims";
 
 /// Options of `standoff reproduce`.
 #[derive(Parser)]
 pub(crate) struct Args {
     /// The study to run: a table or figure of the paper, its errata, or another study [default: all].
-    #[arg(value_parser = PossibleValuesParser::new(STUDY_GROUPS.map(|piece| PossibleValue::new(piece.name).help(piece.about))))]
+    #[arg(value_parser = PossibleValuesParser::new(STUDY_GROUPS.map(|group| PossibleValue::new(group.name).help(group.about))))]
     study: Option<String>,
     /// Runs of each scenario; at least 2, because a confidence interval needs two.
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(2..=1_000_000))]
@@ -30,7 +30,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(..=SEED_MAX))]
     seed: u64,
     /// Also run the studies improvements and coverage on this traffic file; may be given several times.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", conflicts_with = "page")]
     traffic: Vec<PathBuf>,
     /// Number of threads [default: one per core]. It does not affect the results.
     #[arg(long, value_name = "N")]
@@ -38,7 +38,7 @@ pub(crate) struct Args {
     /// Folder for figures (SVG), data (CSV) and claims (JSON).
     #[arg(long, value_name = "DIR", default_value = "standoff-out/reproduce")]
     out: PathBuf,
-    /// Write the page of all claims to this file, and its figures next to it.
+    /// Measure only the paper's claims, and write their page to this file and its figures next to it.
     #[arg(long, value_name = "FILE", conflicts_with = "study")]
     page: Option<PathBuf>,
 }
@@ -54,14 +54,19 @@ pub(crate) fn reproduce(args: &Args) -> Result<(), Failure> {
             display_text::path(&args.out)
         )));
     }
-    let pieces = STUDY_GROUPS.iter().filter(|piece| args.study.as_ref().is_none_or(|name| name == piece.name));
-    if pieces.clone().any(|piece| args.out.join(paper::claims_file(piece.name)).exists()) {
+    let is_chosen = |group: &&StudyGroup| match &args.study {
+        Some(name) => name == group.name,
+        None => args.page.is_none() || group.has_claims(),
+    };
+    let groups = STUDY_GROUPS.iter().filter(is_chosen);
+    if groups.clone().any(|group| args.out.join(paper::claims_file(group.name)).exists()) {
         note(&format!("note: replacing older results in {}", display_text::path(&args.out)));
     }
     let mut studies = Vec::new();
-    for piece in pieces {
+    for group in groups {
         // Save and print each study immediately, so that it is kept if a later one fails.
-        let found = piece.measure(&plan).map_err(failed)?;
+        let found = if args.page.is_some() { group.measure_claims(&plan) } else { group.measure(&plan) };
+        let found = found.map_err(failed)?;
         paper::save(&found, &args.out).map_err(failed)?;
         found.iter().try_for_each(|study| print(&format!("{}\n", study.text())))?;
         studies.extend(found);

@@ -30,34 +30,24 @@ impl EventRow {
 }
 
 fn text(event: &EventRow) -> Option<String> {
-    let plain = match (event.kind.as_str(), event.cause.as_deref().unwrap_or_default()) {
+    let (kind, cause) = (event.kind.as_str(), event.cause.as_deref().unwrap_or_default());
+    let constant = target_text(kind, cause).or_else(|| team_text(kind, cause));
+    constant.map(str::to_owned).or_else(|| text_with_numbers(event, kind, cause))
+}
+
+/// Returns the text of an event of a target.
+fn target_text(kind: &str, cause: &str) -> Option<&'static str> {
+    Some(match (kind, cause) {
         ("cued", _) => "reported by a cue source",
         ("acquired", _) => "measured for the first time",
         ("reacquired", _) => "measured again",
         ("lost", "too-uncertain") => "not measured until its position was too uncertain",
         ("lost", "unseen-in-view") => "not measured where it should be in view",
         ("lost", "diverged") => "its estimate diverged",
-        ("group-created", cause) => return created_text(cause, event.members?),
-        ("group-retired", "empty") => "it has no members left",
-        ("group-retired", "too-many") => "it is the smallest, and the UAVs suffice for fewer groups now",
-        ("group-retired", "redundant") => "other groups can cover its targets, and its UAVs are needed elsewhere",
-        ("group-retired", "merged") => {
-            let others = count(event.coverable_targets? as usize, "ungrouped target");
-            let into = event.into_group?;
-            return Some(format!("its UAVs can cover {others}, and group {into} can cover its own"));
-        }
-        ("group-retired", "better-coverage") => {
-            let others = format!("{} targets, its own and ungrouped ones, fit on one orbit", event.coverable_targets?);
-            return Some(format!("its UAVs can cover more: {others}"));
-        }
         ("admitted", _) => "an orbit with it keeps the whole group in view",
         ("readmitted", _) => "an orbit with it keeps the whole group in view again",
         ("regrouped", "split") => "its group was split, because the UAVs suffice for another group",
         ("regrouped", "merged") => "its group was retired, and the orbit of a neighbouring group covers it",
-        ("handoff-started", _) => {
-            let dwell = format!("closer to the new group; in both for {:.1} s", event.dwell_s?);
-            return Some(format!("{dwell}, until the new group's UAVs have reached the orbit that includes it"));
-        }
         ("handoff-completed", "received") => "the new group has it in view",
         ("handoff-completed", "passing-group-cannot-cover") => "the old group's orbit can no longer cover it",
         ("handoff-completed", "passing-group-retired") => "the old group was retired",
@@ -70,21 +60,16 @@ fn text(event: &EventRow) -> Option<String> {
             "target-lost" => "its track was lost",
             _ => return None,
         },
-        ("removed", "radius-exceeded") => {
-            let [needed, allowed] = distinguished(event.required_radius_m?, event.allowed_radius_m?);
-            let orbit = format!("keeping it needs an orbit of {needed} m, the largest allowed is {allowed} m");
-            return Some(format!("furthest from the centre; {orbit}"));
-        }
-        ("removed", "diverging") => {
-            let [threshold, limit] = distinguished(event.threshold_m2_s?, event.limit_m2_s?);
-            let diverging_for = "furthest from the centre, and the UAVs cannot converge to its orbit";
-            return Some(format!("{diverging_for}: xi_th {threshold} m2/s, below {limit} m2/s for too long"));
-        }
-        ("removed", "too-fast") => {
-            let (speed_m_s, limit_m_s) = (event.speed_m_s?, event.limit_m_s?);
-            let of = format!("of a group that is faster than the UAVs, which fly {limit_m_s:.0} m/s at most");
-            return Some(format!("the fastest target, at {speed_m_s:.0} m/s, {of}"));
-        }
+        _ => return None,
+    })
+}
+
+/// Returns the text of an event of a group or a UAV.
+fn team_text(kind: &str, cause: &str) -> Option<&'static str> {
+    Some(match (kind, cause) {
+        ("group-retired", "empty") => "it has no members left",
+        ("group-retired", "too-many") => "it is the smallest, and the UAVs suffice for fewer groups now",
+        ("group-retired", "redundant") => "other groups can cover its targets, and its UAVs are needed elsewhere",
         ("reassigned", "group-created") => "a group was created",
         ("reassigned", "group-retired") => "a group was retired",
         ("reassigned", "group-changed") => {
@@ -104,43 +89,73 @@ fn text(event: &EventRow) -> Option<String> {
         ("search-ended", "recalled") => "a group needs the UAV",
         ("uav-timeout", _) => "silent for too long; the team continues without it",
         ("uav-joined", _) => "its messages arrive for the first time, or again",
-        ("orbit-infeasible", "radius-exceeded") => {
-            let [smallest, largest] = distinguished(event.required_radius_m?, event.allowed_radius_m?);
-            let needed = format!("field of view, turn rate and r_d,min need an orbit of at least {smallest} m");
-            return Some(format!("{needed}, r_d,max and the sensing range allow at most {largest} m"));
-        }
         ("orbit-infeasible", "too-fast") => "the group's centre is as fast as the UAVs can be",
         ("orbit-feasible", _) => "an orbit satisfies every constraint again",
-        ("orbit-partly-blocked", cause) => {
-            let left = 100.0 * event.clear_fraction?;
-            let zone = zone_of(cause, event.zone?)?;
-            return Some(format!("{zone} leaves {left:.0} % of its orbit free; UAVs fly that part and a detour"));
-        }
-        ("orbit-blocked", cause) => {
-            let zone = zone_of(cause, event.zone?)?;
-            return Some(format!("{zone} blocks all of its orbit; UAVs fly a wider one, or as close as they can"));
-        }
         ("orbit-unblocked", _) => "no zone blocks any part of its orbit now",
-        ("proximity-alert", _) => {
-            return Some(format!("two UAVs at its altitude are {:.0} m apart", event.distance_m?));
-        }
-        ("avoidance", _) => {
-            let (uav, other) = avoidance(event)?;
-            return Some(format!("UAV {uav} would have come within {:.0} m of {other}", event.distance_m?));
-        }
-        ("separation-given-up", _) => {
-            let (uav, other) = avoidance(event)?;
-            return Some(format!(
-                "no command of UAV {uav} keeps the minimum separation from {other} within the limits and the geofence"
-            ));
-        }
+        ("proximity-cleared", _) => "no two UAVs at its altitude are too close any more",
         ("retransmission-limited", _) => {
             "missing messages wait, because the bandwidth or the budget for retransmissions is spent; commits can be late"
         }
-        ("proximity-cleared", _) => "no two UAVs at its altitude are too close any more",
         _ => return None,
-    };
-    Some(plain.to_owned())
+    })
+}
+
+/// Returns the text of an event with numbers of its row; `None` if one of them is missing.
+fn text_with_numbers(event: &EventRow, kind: &str, cause: &str) -> Option<String> {
+    Some(match (kind, cause) {
+        ("group-created", cause) => created_text(cause, event.members?)?,
+        ("group-retired", "merged") => {
+            let others = count(event.coverable_targets? as usize, "ungrouped target");
+            format!("its UAVs can cover {others}, and group {} can cover its own", event.into_group?)
+        }
+        ("group-retired", "better-coverage") => {
+            let others = format!("{} targets, its own and ungrouped ones, fit on one orbit", event.coverable_targets?);
+            format!("its UAVs can cover more: {others}")
+        }
+        ("handoff-started", _) => {
+            let dwell = format!("closer to the new group; in both for {:.1} s", event.dwell_s?);
+            format!("{dwell}, until the new group's UAVs have reached the orbit that includes it")
+        }
+        ("removed", "radius-exceeded") => {
+            let [needed, allowed] = distinguished(event.required_radius_m?, event.allowed_radius_m?);
+            let orbit = format!("keeping it needs an orbit of {needed} m, the largest allowed is {allowed} m");
+            format!("furthest from the centre; {orbit}")
+        }
+        ("removed", "diverging") => {
+            let [threshold, limit] = distinguished(event.threshold_m2_s?, event.limit_m2_s?);
+            let diverging = "furthest from the centre, and the UAVs cannot converge to its orbit";
+            format!("{diverging}: xi_th {threshold} m2/s, below {limit} m2/s for too long")
+        }
+        ("removed", "too-fast") => {
+            let (speed_m_s, limit_m_s) = (event.speed_m_s?, event.limit_m_s?);
+            let of = format!("of a group that is faster than the UAVs, which fly {limit_m_s:.0} m/s at most");
+            format!("the fastest target, at {speed_m_s:.0} m/s, {of}")
+        }
+        ("orbit-infeasible", "radius-exceeded") => {
+            let [smallest, largest] = distinguished(event.required_radius_m?, event.allowed_radius_m?);
+            let needed = format!("field of view, turn rate and r_d,min need an orbit of at least {smallest} m");
+            format!("{needed}, r_d,max and the sensing range allow at most {largest} m")
+        }
+        ("orbit-partly-blocked", cause) => {
+            let (left, zone) = (100.0 * event.clear_fraction?, zone_of(cause, event.zone?)?);
+            format!("{zone} leaves {left:.0} % of its orbit free; UAVs fly that part and a detour")
+        }
+        ("orbit-blocked", cause) => {
+            let zone = zone_of(cause, event.zone?)?;
+            format!("{zone} blocks all of its orbit; UAVs fly a wider one, or as close as they can")
+        }
+        ("proximity-alert", _) => format!("two UAVs at its altitude are {:.0} m apart", event.distance_m?),
+        ("avoidance", _) => {
+            let (uav, other) = avoidance(event)?;
+            format!("UAV {uav} would have come within {:.0} m of {other}", event.distance_m?)
+        }
+        ("separation-given-up", _) => {
+            let (uav, other) = avoidance(event)?;
+            let limits = "within the limits and the geofence";
+            format!("no command of UAV {uav} keeps the minimum separation from {other} {limits}")
+        }
+        _ => return None,
+    })
 }
 
 /// UAV that avoids another aircraft, and the name of that aircraft.

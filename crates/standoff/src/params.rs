@@ -561,8 +561,8 @@ impl TeamParams {
     }
 
     /// Returns the recommended parameters: those of [`Self::paper`] with this project's grouping and guidance
-    /// and with collision avoidance, as used by scenarios that name no law. `docs/developer/validation.md` lists the measured
-    /// gain of each modification.
+    /// and with collision avoidance, as used by scenarios that name no law. `standoff reproduce improvements` and
+    /// `standoff reproduce coverage` print the measured gain of each modification.
     ///
     /// ```
     /// # use standoff::{Agent, TeamParams, UavId};

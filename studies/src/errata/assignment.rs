@@ -29,9 +29,9 @@ pub(super) fn study_assignment(plan: &Plan) -> Result<Study, Failure> {
         "errata",
         "Erratum of (32) and (33): the assignment",
         "Random worlds: four UAVs and two groups of four targets in a square of 2 km, the targets within 100 m of the \
-         middle of their group along each axis. *Published* is the determinant of the sum of all information; \
-         *restated* is the sum over targets of the logarithm of each target's determinant. Both are evaluated with one \
-         group per UAV. The best combinations that (32) and (33) allow as published are found by exhaustive search.",
+         middle of their group along each axis. *Restated* is the sum over targets of the logarithm of each target's \
+         determinant. It is compared with (32), both with one group per UAV. The best combinations that (32) and (33) \
+         allow as published are found by exhaustive search.",
     );
     let seeds = plan.first_seed..plan.first_seed + WORLDS_PER_RUN * u64::from(plan.runs);
     let worlds: Vec<Outcome> = seeds.map(|seed| evaluate(&World::draw(seed))).collect();

@@ -27,10 +27,17 @@ pub(super) fn study_feedforward(_: &Plan) -> Result<Study, Failure> {
     let mut found = Study::new(
         "errata",
         "Erratum of (25): the feedforward",
-        "*Published* is (25). *Exact* replaces r_d r^2 by r_d^3, which makes it the derivative of the field's heading \
-         about a stationary centre. *Field* is the derivative of the field that is flown, including k_l, the lead and \
-         the velocity of the centre. The reference is a numerical derivative along the field.",
+        "*Published* is (25). *Exact* has r_d^3 instead of r_d r^2. *Field* is the derivative of the field that is \
+         flown, including k_l, the lead and the velocity of the centre. The reference is a numerical derivative along \
+         the field.",
     );
+    compare_with_derivative(&mut found)?;
+    fly_about_moving_centre(&mut found)?;
+    Ok(found)
+}
+
+/// Compares (25) and its exact form with the derivative of the field's heading.
+fn compare_with_derivative(found: &mut Study) -> Result<(), Failure> {
     let turn_rates_rad_s = |r_m: f64| {
         let [published, exact] =
             [Feedforward::Paper, Feedforward::StaticCentre].map(|form| stationary_centre_rad_s(form, r_m));
@@ -40,76 +47,70 @@ pub(super) fn study_feedforward(_: &Plan) -> Result<Study, Failure> {
     let exact = Line { dashed: true, ..line_of("exact", 2, &rows, 3) };
     let lines = [line_of("numeric derivative", 0, &rows, 1), line_of("published (25)", 1, &rows, 2), exact];
     let levels = vec![(0.3, "maximum turn rate".to_owned())];
-    let over_distance = Plot { levels, ..plot("Distance from the centre (m)", "Feedforward (rad/s)", lines) };
+    let plot = Plot { levels, ..plot("Distance from the centre (m)", "Feedforward (rad/s)", lines) };
     let heading = "Turn rate of the vector field's heading by distance from the centre";
-    let caption = "orbit of 300 m about a stationary centre, 40 m/s";
-    found.draw("errata-feedforward", heading, caption, &[over_distance])?;
+    found.draw("errata-feedforward", heading, "orbit of 300 m about a stationary centre, 40 m/s", &[plot])?;
 
-    let errors = |gain: f64, speed_m_s: f64| {
-        FORMS.map(|(_, form)| Flight { centre_speed_m_s: speed_m_s, ..Flight::new(form, gain) }.largest_error_m())
+    let [from_m, to_m] = EVALUATED_M;
+    let largest_error = |column: usize| {
+        let evaluated = rows.iter().filter(|row| (from_m..=to_m).contains(&row[0]));
+        evaluated.map(|row| (row[column] - row[1]).abs()).fold(0.0, f64::max)
     };
-    let moving: Vec<Vec<f64>> = (0..=20)
+    let title = format!("Largest difference from the derivative, {from_m} to {to_m} m from the centre (rad/s):");
+    let mut table = Table::new(title, ["published", "exact"]);
+    table.rows.push([2, 3].map(|column| shown(largest_error(column))).to_vec());
+    found.tables.push(table);
+    found.claims.push(Claim::computed(
+        format!(
+            "(25) is obtained by differentiating (23): largest difference, {from_m} to {to_m} m from the centre of an \
+             orbit of {ORBIT_M} m"
+        ),
+        "rad/s",
+        [0.0, ZERO_TOLERANCE_RAD_S],
+        largest_error(2),
+        "the derivative has r_d^3 where (25) has r_d r^2; they are equal only on the orbit",
+    ));
+    found.data.push(Data::new("errata-feedforward", "r_m,numeric_rad_s,published_rad_s,exact_rad_s", rows));
+    Ok(())
+}
+
+/// Flies around a moving centre with each form of the feedforward.
+fn fly_about_moving_centre(found: &mut Study) -> Result<(), Failure> {
+    let errors_m = |gain: f64, centre_speed_m_s: f64| {
+        FORMS.map(|(_, form)| Flight { centre_speed_m_s, ..Flight::new(form, gain) }.largest_error_m())
+    };
+    let rows: Vec<Vec<f64>> = (0..=20)
         .map(f64::from)
-        .map(|speed| [speed].into_iter().chain(errors(1.0, speed)).chain(errors(0.2, speed)).collect())
+        .map(|speed| [speed].into_iter().chain(errors_m(1.0, speed)).chain(errors_m(0.2, speed)).collect())
         .collect();
     let over_speed = |first: usize, gain: &str| {
-        let lines = (0..).zip(FORMS).map(|(form, (name, _))| line_of(name, form + 1, &moving, first + form));
+        let lines = (0..).zip(FORMS).map(|(form, (name, _))| line_of(name, form + 1, &rows, first + form));
         let upward = format!("Largest |r − r_d| (m), k_l = {gain}");
         Plot { shown: vec![0.0], ..plot("Speed of the centre (m/s)", upward, lines) }
     };
     let heading = "Steady-state orbit error about a moving centre, by form of the feedforward";
     let caption = "orbit of 400 m, 40 m/s, no lead; the last third of 600 s";
-    let plots = [over_speed(1, "1"), over_speed(4, "0.2")];
-    found.draw("errata-feedforward-moving", heading, caption, &plots)?;
+    found.draw("errata-feedforward-moving", heading, caption, &[over_speed(1, "1"), over_speed(4, "0.2")])?;
+
     let mut table = Table::new(
         "Largest |r - r_d| about a moving centre (m), orbit of 400 m:",
         ["centre (m/s)", "k_l 1: published", "exact", "field", "k_l 0.2: published", "exact", "field"],
     );
-    for row in moving.iter().filter(|row| [5.0, 10.0, 15.0].contains(&row[0])) {
+    for row in rows.iter().filter(|row| [5.0, 10.0, 15.0].contains(&row[0])) {
         table.row(row[0].to_string(), row[1..].iter().copied());
     }
-
-    let largest_error = |column: usize| {
-        let evaluated = rows.iter().filter(|row| (EVALUATED_M[0]..=EVALUATED_M[1]).contains(&row[0]));
-        evaluated.map(|row| (row[column] - row[1]).abs()).fold(0.0, f64::max)
-    };
-    let mut derivative = Table::new(
-        format!(
-            "Largest difference from the derivative, {} to {} m from the centre (rad/s):",
-            EVALUATED_M[0], EVALUATED_M[1]
-        ),
-        ["published", "exact"],
-    );
-    derivative.rows.push([2, 3].map(|column| shown(largest_error(column))).to_vec());
-    let at_15 = moving.iter().find(|row| row[0] == 15.0);
-    let at_15 = |column: usize| at_15.map_or(f64::NAN, |row| row[column]);
-    found.claims = vec![
-        Claim::computed(
-            "(25) is obtained by differentiating (23): largest difference, 100 to 900 m from the centre of an orbit of \
-             300 m",
-            "rad/s",
-            [0.0, ZERO_TOLERANCE_RAD_S],
-            largest_error(2),
-            "the derivative has r_d^3 where (25) has r_d r^2; they are equal only on the orbit",
-        ),
-        Claim::computed(
-            "(24) with (25) keeps the UAV on its orbit about a centre at 15 m/s: largest error, k_l = 1",
-            "m",
-            [0.0, 2.0],
-            at_15(1),
-            "(25) neglects the motion of the centre (28), as does the exact form",
-        ),
-    ];
-    found.tables = vec![derivative, table];
-    found.data = vec![
-        Data::new("errata-feedforward", "r_m,numeric_rad_s,published_rad_s,exact_rad_s", rows),
-        Data::new(
-            "errata-feedforward-moving",
-            "centre_m_s,published_gain_1_m,exact_gain_1_m,field_gain_1_m,published_gain_0.2_m,exact_gain_0.2_m,field_gain_0.2_m",
-            moving,
-        ),
-    ];
-    Ok(found)
+    found.tables.push(table);
+    found.claims.push(Claim::computed(
+        "(24) with (25) keeps the UAV on its orbit about a centre at 15 m/s: largest error, k_l = 1",
+        "m",
+        [0.0, 2.0],
+        rows.iter().find(|row| row[0] == 15.0).map_or(f64::NAN, |row| row[1]),
+        "(25) neglects the motion of the centre (28), as does the exact form",
+    ));
+    let columns = "centre_m_s,published_gain_1_m,exact_gain_1_m,field_gain_1_m,published_gain_0.2_m,exact_gain_0.2_m,\
+                   field_gain_0.2_m";
+    found.data.push(Data::new("errata-feedforward-moving", columns, rows));
+    Ok(())
 }
 
 /// Returns the feedforward of a form about a stationary centre, rad/s.

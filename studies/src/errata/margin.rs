@@ -12,6 +12,7 @@ use standoff_sim::scenario::Scenario;
 
 use crate::claim::{Claim, Finding, Paper};
 use crate::error::Failure;
+use crate::missions::MISSION;
 use crate::monte_carlo_plan::{IN_METRES, Plan, time_s, watch};
 use crate::statistics::{Estimate, mean};
 use crate::study::{Study, Table};
@@ -26,61 +27,61 @@ pub(super) fn study_margin(plan: &Plan) -> Result<Study, Failure> {
         "errata",
         "Erratum of (16): the margin",
         format!(
-            "(16) weights the innovation with the predicted position covariance only; the covariance of the innovation \
-             is the sum of this and the measurement covariance. Both weightings are evaluated on `paper/table-2-pair`, \
-             run by run, after the transient. In addition, (16) is a square without a unit that is added to metres. \
-             `paper/figure-9` shows the effect: r_d is evaluated for {AFTER_S} s after every change of members, and \
-             compared with the same mission with a margin in metres (`--set {}`).",
-            IN_METRES.join(" --set ")
+            "The squared distances are evaluated on `paper/table-2-pair`, run by run, after the transient; margin and \
+             r_d on `{MISSION}`, for {AFTER_S} s after every change of members, also with the margin in metres of \
+             figure 10."
         ),
     );
-    let weights = plan.each("paper/table-2-pair", &[], squared_distances)?;
-    let column = |which: fn(&SquaredDistances) -> f64| weights.iter().map(which).collect::<Vec<f64>>();
-    let (published, full) = (column(|distances| distances.published), column(|distances| distances.full));
-    let jumps = |set: &[&str]| plan.each("paper/figure-9", set, jump);
-    let (square, metres) = (jumps(&[])?, jumps(&IN_METRES)?);
-    let margins = |runs: &[Jump]| runs.iter().filter_map(|jump| jump.margin_m).collect::<Vec<f64>>();
-    let at_bound =
-        |runs: &[Jump]| Estimate::share(runs.iter().filter(|jump| jump.margin_m.is_some()).map(|jump| jump.at_bound));
+    compare_weightings(&mut found, &plan.each("paper/table-2-pair", &[], squared_distances)?);
+    compare_margins(&mut found, &plan.each(MISSION, &[], jump)?, &plan.each(MISSION, &IN_METRES, jump)?);
+    Ok(found)
+}
+
+/// Compares the squared distances of the centre's innovation with those of a chi-square variable.
+fn compare_weightings(found: &mut Study, runs: &[SquaredDistances]) {
+    let mean = |which: fn(&SquaredDistances) -> f64| Estimate::mean(&runs.iter().map(which).collect::<Vec<f64>>());
+    let published = mean(|distances| distances.published);
     let mut table = Table::new(
         "Mean squared distance of the centre's innovation with 95 % intervals (2 for a chi-square variable with two \
          degrees of freedom):",
         ["weighted with", "mean", "low", "high"],
     );
-    for (name, values) in [("predicted covariance, (16)", &published), ("covariance of the innovation", &full)] {
-        table.estimates(name, [Estimate::mean(values)]);
-    }
+    table.estimates("predicted covariance, (16)", [published]);
+    table.estimates("covariance of the innovation", [mean(|distances| distances.full)]);
     found.tables.push(table);
+    found.claims.push(Claim {
+        what: "(16) is the Mahalanobis distance of the centre's innovation: its mean is that of a chi-square variable"
+            .into(),
+        unit: "",
+        finding: Finding::number(CHI_SQUARE_MEAN, published),
+        runs: runs.len(),
+        reason: "the weighting neglects the covariance of the measured centroid; in addition, the centroid is already \
+                 filtered, so that its errors are not white",
+    });
+}
+
+/// Compares the margins and orbits after changes of members: (16) as published, and a margin in metres.
+fn compare_margins(found: &mut Study, square: &[Jump], metres: &[Jump]) {
     let mut table = Table::new(
-        "After a change of members, `paper/figure-9`, largest value of each run:",
+        format!("After a change of members, `{MISSION}`, largest value of each run:"),
         ["margin", "median margin (m)", "5 %", "95 %", "runs in which r_d reaches r_d,max (%)", "low", "high"],
     );
-    for (name, runs) in [("(16) as published", &square), ("in metres", &metres)] {
-        table.estimates(name, [Estimate::middle(&margins(runs)), at_bound(runs)]);
+    for (name, runs) in [("(16) as published", square), ("in metres", metres)] {
+        let changed = || runs.iter().filter_map(|jump| Some((jump.margin_m?, jump.at_bound)));
+        let margins: Vec<f64> = changed().map(|(margin_m, _)| margin_m).collect();
+        let at_bound = Estimate::share(changed().map(|(_, at_bound)| at_bound));
+        table.estimates(name, [Estimate::middle(&margins), at_bound]);
     }
     found.tables.push(table);
-    found.claims = vec![
-        Claim {
-            what:
-                "(16) is the Mahalanobis distance of the centre's innovation: its mean is that of a chi-square variable"
-                    .into(),
-            unit: "",
-            finding: Finding::number(CHI_SQUARE_MEAN, Estimate::mean(&published)),
-            runs: published.len(),
-            reason: "the weighting neglects the covariance of the measured centroid; in addition, the centroid is \
-                     already filtered, so that its errors are not white",
-        },
-        Claim::difference(
-            "d_m is a margin for the error of the centre: at a change of members it is not larger than 1.645 standard \
-             deviations of that error",
-            "m",
-            Paper::Less,
-            metres.iter().zip(&square).filter_map(|(metres, square)| metres.margin_m.zip(square.margin_m)),
-            "d_m is a square in units of standard deviations, added to metres; the centroid jumps by tens of metres \
-             when a target joins or leaves",
-        ),
-    ];
-    Ok(found)
+    found.claims.push(Claim::difference(
+        "d_m is a margin for the error of the centre: at a change of members it is not larger than 1.645 standard \
+         deviations of that error",
+        "m",
+        Paper::Less,
+        metres.iter().zip(square).filter_map(|(metres, square)| metres.margin_m.zip(square.margin_m)),
+        "d_m is a square in units of standard deviations, added to metres; the centroid jumps by tens of metres when a \
+         target joins or leaves",
+    ));
 }
 
 /// Mean squared distance of the centre's innovations in a run, with the published and the full covariance.

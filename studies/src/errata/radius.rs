@@ -20,10 +20,8 @@ pub(super) fn study_radius(_: &Plan) -> Result<Study, Failure> {
     let mut found = Study::new(
         "errata",
         "Erratum of (27): the smallest orbit",
-        "(27) requires r_d >= v / omega_max (133 m with Table I). Where the UAV and the centre move in opposite \
-         directions, a circle about the centre needs a turn rate of (v + v_t)^2 / (v r_d). Therefore the smallest \
-         orbit is (v + v_t)^2 / (v omega_max), and r_d,min = 250 m of Table I is too small for a group at 15 m/s. The \
-         flights use the feedforward of the field that is flown, k_l = 1 and no lead.",
+        "(27) requires r_d >= v / omega_max (133 m with Table I). The limit about a moving centre is \
+         (v + v_t)^2 / (v omega_max). The flights use the feedforward of the field that is flown, k_l = 1 and no lead.",
     );
     let uav = TeamParams::paper().uav;
     let published_m = turn_limit_m(uav.speed_m_s, 0.0, uav.turn_rate_max_rad_s);

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use standoff_score::FrameScorer;
-use standoff_sim::scenario::Scenario;
+use standoff_sim::scenario::{Scenario, Settings};
 use standoff_view::figures::study::Plot;
 
 use super::{MISSION, Orbits, histories, phase_claim, phase_plot};
@@ -39,20 +39,42 @@ pub(crate) fn figure_10(plan: &Plan) -> Result<Study, Failure> {
         format!(
             "`{MISSION}`. The band contains 90 % of the values of all UAVs (or groups) of all runs at a time step. For \
              each group, d_m is compared with the distance from the estimated centre to the true centroid of the \
-             members by Spearman's rank correlation, which is not affected by d_m being a square. The table also has \
-             the same mission with a margin in metres."
+             members by Spearman's rank correlation. The margin in metres, which the paper does not have, is \
+             `--set {}`.",
+            IN_METRES.join(" --set ")
         ),
     );
     let runs = plan.each(MISSION, &[], observe)?;
     let metres = plan.each(MISSION, &IN_METRES, observe)?;
-    let correlations = |runs: &[RunObservations]| runs.iter().filter_map(|run| run.correlation).collect::<Vec<f64>>();
-    let settled = |runs: &[RunObservations], which: fn(&RunObservations) -> &[f64]| {
-        runs.iter().map(which).filter(|values| !values.is_empty()).map(mean).collect::<Vec<f64>>()
-    };
-    let tendency = correlations(&runs);
-    let scenario = plan.first(MISSION, &[])?;
-    let errors = settled(&runs, |run| &run.orbits.settled_errors_m);
-    found.claims = vec![
+    let settings = plan.first(MISSION, &[])?.settings;
+    found.claims = claims(&runs, &settings);
+    found.tables.push(margins(&runs, &metres));
+    histories_of(&mut found, &runs, &settings)?;
+    Ok(found)
+}
+
+/// Standoff errors after the transient, m: means of the runs.
+fn errors_m(runs: &[RunObservations]) -> Vec<f64> {
+    means(runs, |run| &run.orbits.settled_errors_m)
+}
+
+/// Phase errors after the transient, degrees: means of the runs.
+fn phase_errors_deg(runs: &[RunObservations]) -> Vec<f64> {
+    means(runs, |run| &run.orbits.settled_deg)
+}
+
+/// Returns the means of the runs that have values.
+fn means(runs: &[RunObservations], which: fn(&RunObservations) -> &[f64]) -> Vec<f64> {
+    runs.iter().map(which).filter(|values| !values.is_empty()).map(mean).collect()
+}
+
+fn correlations(runs: &[RunObservations]) -> Vec<f64> {
+    runs.iter().filter_map(|run| run.correlation).collect()
+}
+
+fn claims(runs: &[RunObservations], settings: &Settings) -> Vec<Claim> {
+    let (tendency, errors_m) = (correlations(runs), errors_m(runs));
+    vec![
         Claim {
             what: "d_m shows the same tendency as the error of the centre: rank correlation".into(),
             unit: "",
@@ -67,46 +89,50 @@ pub(crate) fn figure_10(plan: &Plan) -> Result<Study, Failure> {
                    column of Table II"
                 .into(),
             unit: "m",
-            finding: Finding::Number { paper: TABLE_2_M, tolerance: TABLE_2_M, ours: Estimate::mean(&errors) },
-            runs: errors.len(),
+            finding: Finding::Number { paper: TABLE_2_M, tolerance: TABLE_2_M, ours: Estimate::mean(&errors_m) },
+            runs: errors_m.len(),
             reason: "at a change of members the margin (16) grows to kilometres and r_d to its bound (see its \
                      erratum); with a margin in metres part of the error remains, because the centre itself jumps",
         },
-        phase_claim("pairs", &scenario.settings, &settled(&runs, |run| &run.orbits.settled_deg)),
-    ];
+        phase_claim("pairs", settings, &phase_errors_deg(runs)),
+    ]
+}
+
+/// Creates the table of the mission with the margin as published, and with one in metres.
+fn margins(runs: &[RunObservations], metres: &[RunObservations]) -> Table {
     let mut table = Table::new(
         "After the transient, mean over UAVs, groups and runs with 95 % intervals:",
         "margin|standoff error (m)|low|high|phase error (deg)|low|high|correlation of d_m and centre error|low|high"
             .split('|'),
     );
-    for (name, runs) in [("(16) as published", &runs), ("in metres", &metres)] {
-        let errors = settled(runs, |run| &run.orbits.settled_errors_m);
-        let phase_errors = settled(runs, |run| &run.orbits.settled_deg);
-        table.estimates(name, [errors, phase_errors, correlations(runs)].map(|values| Estimate::mean(&values)));
+    for (name, runs) in [("(16) as published", runs), ("in metres", metres)] {
+        let columns = [errors_m(runs), phase_errors_deg(runs), correlations(runs)];
+        table.estimates(name, columns.map(|values| Estimate::mean(&values)));
     }
-    found.tables.push(table);
-    let (errors, angles) =
-        (histories(&runs, |run| &run.orbits.errors_m), histories(&runs, |run| &run.orbits.phase_differences_deg));
-    let (margins, centres) = (histories(&runs, |run| &run.margins_m), histories(&runs, |run| &run.centre_errors_m));
+    table
+}
+
+/// Adds the figure and the data of the time histories.
+fn histories_of(found: &mut Study, runs: &[RunObservations], settings: &Settings) -> Result<(), Failure> {
+    let errors = histories(runs, |run| &run.orbits.errors_m);
+    let angles = histories(runs, |run| &run.orbits.phase_differences_deg);
+    let (margins, centres) = (histories(runs, |run| &run.margins_m), histories(runs, |run| &run.centre_errors_m));
     let plots = [
         bands("Standoff error (m)", &errors),
-        phase_plot("Phase difference of pairs (°)", &angles, &scenario.settings),
+        phase_plot("Phase difference of pairs (°)", &angles, settings),
         Plot { cut: Some(CUT_M), ..bands(&format!("d_m (m), up to {CUT_M:.0} m"), &margins) },
         bands("Error of the centre (m)", &centres),
     ];
     let heading = "Time histories of four UAVs around two groups, over many runs (figure 10)";
-    let caption = format!("{MISSION}, {} runs", plan.runs);
-    found.draw("figure-10", heading, &caption, &plots)?;
-    found.data.push(data(
-        "figure-10",
-        &[
-            ("standoff_error_m", &errors),
-            ("phase_difference_deg", &angles),
-            ("margin_m", &margins),
-            ("centre_error_m", &centres),
-        ],
-    ));
-    Ok(found)
+    found.draw("figure-10", heading, &format!("{MISSION}, {} runs", runs.len()), &plots)?;
+    let columns: [(&str, &[History]); 4] = [
+        ("standoff_error_m", &errors),
+        ("phase_difference_deg", &angles),
+        ("margin_m", &margins),
+        ("centre_error_m", &centres),
+    ];
+    found.data.push(data("figure-10", &columns));
+    Ok(())
 }
 
 fn observe(scenario: &Scenario) -> Result<RunObservations, Failure> {

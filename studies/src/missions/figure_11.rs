@@ -28,25 +28,54 @@ struct RunObservations {
     beyond_after_handoff: Option<bool>,
 }
 
+impl RunObservations {
+    /// Percentage of the time in which some UAV's angle exceeds half the field of view.
+    fn beyond_percent(&self) -> f64 {
+        100.0 * mean(&self.beyond)
+    }
+}
+
 /// Flies figure 11.
 pub(crate) fn figure_11(plan: &Plan) -> Result<Study, Failure> {
     let mut found = Study::new(
         "figure-11",
         "Figure 11: off-boresight angle of the furthest target",
         format!(
-            "`{BASIC}` (11a: no active measures, no dwell) and `{MISSION}` (11b) with the same seeds, and 11b with a \
-             margin in metres (`--set {}`), which the paper does not have. The off-boresight angle (the paper's line \
-             of sight) is the angle between a UAV's boresight and the true position of the furthest member of its \
-             group; during the dwell, a target counts as a member of the passing group. The limit is half the field of \
-             view.",
-            IN_METRES.join(" --set ")
+            "`{BASIC}` (11a: no active measures, no dwell) and `{MISSION}` (11b) with the same seeds, and 11b with the \
+             margin in metres of figure 10. The off-boresight angle (the paper's line of sight) is the angle between a \
+             UAV's boresight and the true position of the furthest member of its group; during the dwell, a target \
+             counts as a member of the passing group. The limit is half the field of view."
         ),
     );
     let half_deg = half_deg(&plan.first(MISSION, &[])?.settings);
     let fly = |scenario: &str, set: &[&str]| plan.each(scenario, set, |scenario| observe(scenario, half_deg));
-    let (basic, active, metres) = (fly(BASIC, &[])?, fly(MISSION, &[])?, fly(MISSION, &IN_METRES)?);
-    let share = |run: &RunObservations| 100.0 * mean(&run.beyond);
-    found.claims = vec![
+    let variants = [fly(BASIC, &[])?, fly(MISSION, &[])?, fly(MISSION, &IN_METRES)?];
+    let [basic, active, _] = &variants;
+    found.claims = claims(basic, active, half_deg);
+    found.tables.push(table(&variants, half_deg));
+    let row = |(index, seed): (usize, u64)| {
+        let of_runs = variants.iter().flat_map(|runs| [runs[index].most_deg, runs[index].beyond_percent()]);
+        [seed as f64].into_iter().chain(of_runs).collect()
+    };
+    let columns = "seed,basic_largest_deg,basic_beyond_percent,active_largest_deg,active_beyond_percent,\
+                   active_in_metres_largest_deg,active_in_metres_beyond_percent";
+    found.data.push(Data::new("figure-11-runs", columns, plan.seeds().enumerate().map(row)));
+    let [basic, active, metres] = variants.map(|runs| histories(&runs, |run| &run.widest_deg));
+    let plots = [("11a", &basic), ("11b", &active), ("11b, in metres", &metres)].map(|(name, runs)| Plot {
+        levels: vec![(half_deg, "half the field of view".to_owned())],
+        ..bands(&format!("Largest angle (°), {name}"), runs)
+    });
+    let heading = "Off-boresight angle of the furthest target of a group, over many runs (figure 11)";
+    let caption = format!("largest angle of the four UAVs; {} runs", plan.runs);
+    found.draw("figure-11", heading, &caption, &plots)?;
+    let kinds: [(&str, &[History]); 3] =
+        [("basic_deg", &basic), ("active_deg", &active), ("active_in_metres_deg", &metres)];
+    found.data.push(data("figure-11", &kinds));
+    Ok(found)
+}
+
+fn claims(basic: &[RunObservations], active: &[RunObservations], half_deg: f64) -> Vec<Claim> {
+    vec![
         Claim::always(
             format!("11a: without active measures and dwell, the angle exceeds {half_deg:.0} deg"),
             "runs",
@@ -69,45 +98,27 @@ pub(crate) fn figure_11(plan: &Plan) -> Result<Study, Failure> {
             "fraction of time in which some angle exceeds the limit: 11a to 11b",
             "% of the time",
             Paper::Less,
-            basic.iter().zip(&active).map(|(basic, active)| (share(basic), share(active))),
+            basic.iter().zip(active).map(|(basic, active)| (basic.beyond_percent(), active.beyond_percent())),
             ORBIT_GROWS,
         ),
-    ];
+    ]
+}
+
+/// Creates the table of the variants of the mission.
+fn table(variants: &[Vec<RunObservations>; 3], half_deg: f64) -> Table {
     let mut table = Table::new(
         "With 95 % intervals:",
         "|runs within the limit (%)|low|high|time beyond it (%)|low|high|largest angle, median (deg)|5 %|95 %"
             .split('|'),
     );
-    for (name, runs) in [
-        ("11a: no active measures, no dwell", &basic),
-        ("11b: both active measures, dwell", &active),
-        ("11b, margin in metres", &metres),
-    ] {
+    let names = ["11a: no active measures, no dwell", "11b: both active measures, dwell", "11b, margin in metres"];
+    for (name, runs) in names.into_iter().zip(variants) {
         let within = Estimate::share(runs.iter().map(|run| run.most_deg <= half_deg));
-        let time = Estimate::mean(&runs.iter().map(share).collect::<Vec<f64>>());
+        let time = Estimate::mean(&runs.iter().map(RunObservations::beyond_percent).collect::<Vec<f64>>());
         let largest = Estimate::middle(&runs.iter().map(|run| run.most_deg).collect::<Vec<f64>>());
         table.estimates(name, [within, time, largest]);
     }
-    found.tables.push(table);
-    let row = |(index, seed): (usize, u64)| {
-        let of_runs = [&basic, &active, &metres].map(|runs| [runs[index].most_deg, share(&runs[index])]);
-        [seed as f64].into_iter().chain(of_runs.into_iter().flatten()).collect()
-    };
-    let columns = "seed,basic_largest_deg,basic_beyond_percent,active_largest_deg,active_beyond_percent,\
-                   active_in_metres_largest_deg,active_in_metres_beyond_percent";
-    found.data.push(Data::new("figure-11-runs", columns, plan.seeds().enumerate().map(row)));
-    let [basic, active, metres] = [basic, active, metres].map(|runs| histories(&runs, |run| &run.widest_deg));
-    let plots = [("11a", &basic), ("11b", &active), ("11b, in metres", &metres)].map(|(name, runs)| Plot {
-        levels: vec![(half_deg, "half the field of view".to_owned())],
-        ..bands(&format!("Largest angle (°), {name}"), runs)
-    });
-    let heading = "Off-boresight angle of the furthest target of a group, over many runs (figure 11)";
-    let caption = format!("largest angle of the four UAVs; {} runs", plan.runs);
-    found.draw("figure-11", heading, &caption, &plots)?;
-    let kinds: [(&str, &[History]); 3] =
-        [("basic_deg", &basic), ("active_deg", &active), ("active_in_metres_deg", &metres)];
-    found.data.push(data("figure-11", &kinds));
-    Ok(found)
+    table
 }
 
 fn observe(scenario: &Scenario, half_deg: f64) -> Result<RunObservations, Failure> {

@@ -40,15 +40,14 @@ pub(crate) fn figure_9(plan: &Plan) -> Result<Study, Failure> {
     let always = |what: &str, held: fn(&RunObservations) -> bool, reason| {
         Claim::always(what, "runs", runs.iter().map(held), reason)
     };
-    let times = |which: fn(&RunObservations) -> Option<f64>| runs.iter().filter_map(which).collect::<Vec<f64>>();
-    let requested = times(|run| run.handoff_started_s);
+    let started_s = times(&runs, |run| run.handoff_started_s);
     found.claims = vec![
         always("the targets are clustered into two groups", |run| run.groups_at_start == 2, ""),
         Claim {
             what: "the handoff of the manoeuvring target is triggered".into(),
             unit: "s",
-            finding: Finding::OneRun { paper: HANDOFF_S, ours: Estimate::middle(&requested) },
-            runs: requested.len(),
+            finding: Finding::OneRun { paper: HANDOFF_S, ours: Estimate::middle(&started_s) },
+            runs: started_s.len(),
             reason: "",
         },
         always(
@@ -59,17 +58,7 @@ pub(crate) fn figure_9(plan: &Plan) -> Result<Study, Failure> {
         always("as the targets disperse, one is removed from its group", |run| run.removals > 0.0, ""),
         always("every target of a group is in some UAV's view at all times", |run| run.all_in_view, ORBIT_GROWS),
     ];
-    let mut table = Table::new("Events, in the runs in which they occur:", ["", "runs (%)", "median", "5 %", "95 %"]);
-    let mut add = |name: &str, values: Vec<f64>| {
-        let (share, middle) = (100.0 * values.len() as f64 / runs.len() as f64, Estimate::middle(&values));
-        table.row(name, [share, middle.value, middle.low, middle.high]);
-    };
-    add("first start of the manoeuvring target's handoff (s)", requested);
-    add("first completion (s)", times(|run| run.handoff_completed_s));
-    add("its first removal (s)", times(|run| run.removed_s));
-    add("completed handoffs, all targets", times(|run| Some(run.handoffs)));
-    add("removals, all targets", times(|run| Some(run.removals)));
-    found.tables.push(table);
+    found.tables.push(events(&runs));
     let row = |(seed, run): (u64, &RunObservations)| {
         let time = |at: Option<f64>| at.unwrap_or(f64::NAN);
         vec![
@@ -86,6 +75,27 @@ pub(crate) fn figure_9(plan: &Plan) -> Result<Study, Failure> {
     found.data.push(Data::new("figure-9", columns, plan.seeds().zip(&runs).map(row)));
     found.figures.push(map("figure-9", &plan.first(MISSION, &[])?)?);
     Ok(found)
+}
+
+/// Returns the values of the runs that have one.
+fn times(runs: &[RunObservations], which: fn(&RunObservations) -> Option<f64>) -> Vec<f64> {
+    runs.iter().filter_map(which).collect()
+}
+
+/// Creates the table of the events of all runs.
+fn events(runs: &[RunObservations]) -> Table {
+    let mut table = Table::new("Events, in the runs in which they occur:", ["", "runs (%)", "median", "5 %", "95 %"]);
+    let mut add = |name: &str, which: fn(&RunObservations) -> Option<f64>| {
+        let values = times(runs, which);
+        let (share, middle) = (100.0 * values.len() as f64 / runs.len() as f64, Estimate::middle(&values));
+        table.row(name, [share, middle.value, middle.low, middle.high]);
+    };
+    add("first start of the manoeuvring target's handoff (s)", |run| run.handoff_started_s);
+    add("first completion (s)", |run| run.handoff_completed_s);
+    add("its first removal (s)", |run| run.removed_s);
+    add("completed handoffs, all targets", |run| Some(run.handoffs));
+    add("removals, all targets", |run| Some(run.removals));
+    table
 }
 
 fn observe(scenario: &Scenario) -> Result<RunObservations, Failure> {

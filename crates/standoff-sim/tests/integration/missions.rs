@@ -646,7 +646,8 @@ fn stat_consistency_is_per_random_state() {
     assert!((anees - 1.0).abs() < 0.06, "{anees}");
 }
 
-/// Targets of `improved/table-2-pair` in 40 runs; docs/developer/validation.md has 200, and 10,000 for the time in view.
+/// Targets of `improved/table-2-pair` in 40 runs; `standoff reproduce improvements` flies 200, and 10,000 for the time in
+/// view.
 #[test]
 fn stat_improved_pair_reaches_its_targets() {
     let runs: Vec<Metrics> = (1..=40).map(|seed| fly("improved/table-2-pair", &[], seed)).collect();
