@@ -131,6 +131,21 @@ impl Rows {
             builder.skip(name);
             return Ok(());
         }
+        match self.position(table, columns, name)? {
+            Some([x, y]) => {
+                builder.add(name, Sample { time_us, x, y }).map_err(|message| in_field(&columns.time, message))
+            }
+            None => {
+                builder.skip(name);
+                Ok(())
+            }
+        }
+    }
+
+    /// Position in the current row, in the units of the file; `None` if its values mean that it is unknown.
+    fn position(&mut self, table: &Table<impl Read>, columns: &Columns, name: &str) -> Result<Option<[f64; 2]>, Fault> {
+        let of_vehicle =
+            |column: &Column, message| table.fault(column.index, format!("vehicle {}: {message}", quoted(name)));
         let mut value = |column: &Column| {
             let value = self.numbers.value(&column.name, table.text(column.index)?);
             value.map_err(|message| of_vehicle(column, message))
@@ -143,8 +158,7 @@ impl Rows {
         if let [Some(x), Some(y)] = at
             && validate::is_unknown(columns.coordinates, [x, y])
         {
-            builder.skip(name);
-            return Ok(());
+            return Ok(None);
         }
         let [x_kind, y_kind] = validate::axes(columns.coordinates);
         let (mut x, mut y) = (check(&columns.x, at[0], &x_kind)?, check(&columns.y, at[1], &y_kind)?);
@@ -162,7 +176,7 @@ impl Rows {
         if let Some(set) = columns.set {
             (x, y) = set.metres(x, y);
         }
-        builder.add(name, Sample { time_us, x, y }).map_err(|message| in_field(&columns.time, message))
+        Ok(Some([x, y]))
     }
 }
 
