@@ -1,7 +1,7 @@
 //! Converts the types of the agents to rows of the record. Truth has no place here: the simulator adds it.
 
 use standoff::coordination::assignment::Assignment;
-use standoff::tracking::unlabelled::TentativeTrack;
+use standoff::tracking::existence::TentativeTrack;
 use standoff::{
     Agent, AgentOutput, AirVelocity, Aircraft, Angle, Avoidance, Detection, Duration, Estimate, Event, EventKind,
     GroupId, GroupRetiredReason, GroupedTrack, Membership, TeamState, Time, TrackId, TrackStatus as Status, UavId,

@@ -18,8 +18,8 @@ use crate::guidance::heading::OrbitRelativeState;
 use crate::message::{TARGETS_MAX, TEAM_MAX, TargetLabel, WRONG_MAX_S};
 use crate::params::TeamParams;
 use crate::time::{Duration, Time};
+use crate::tracking::existence::UnlabelledTracks;
 use crate::tracking::track::{Track, TrackId};
-use crate::tracking::unlabelled::UnlabelledTracks;
 use crate::uav::UavId;
 
 #[cfg(test)]
@@ -75,7 +75,7 @@ impl TeamState {
     }
 
     /// Tentative tracks of detections without label, by ascending id.
-    pub fn tentative_tracks(&self) -> impl Iterator<Item = crate::tracking::unlabelled::TentativeTrack> {
+    pub fn tentative_tracks(&self) -> impl Iterator<Item = crate::tracking::existence::TentativeTrack> {
         self.unlabelled.tentative()
     }
 

@@ -4,9 +4,9 @@ use crate::time::Time;
 use crate::tracking::association::joint_events::Edge;
 use crate::tracking::association::scan_model::{Hit, ScanModel, View, Views};
 use crate::tracking::estimate::{Estimate, Mixture};
+use crate::tracking::existence::Confirmed;
 use crate::tracking::motion_modes::MotionModes;
 use crate::tracking::track::TrackId;
-use crate::tracking::unlabelled::Confirmed;
 
 /// Number of time steps with detection after which a track is known well enough to stay while its target has stopped.
 pub(super) const DETECTED_MAX: u8 = 10;

@@ -3,10 +3,10 @@
 use crate::tracking::candidate::Candidate;
 use crate::tracking::estimate::Estimate;
 use crate::tracking::exchange::squared_distance;
+use crate::tracking::existence::{POSITION_GATE, UnlabelledTracks};
 use crate::tracking::input::TrackerInput;
 use crate::tracking::track::{StepLog, Track, TrackChangeKind, TrackId};
 use crate::tracking::track_table::{TrackRow, TrackTable};
-use crate::tracking::unlabelled::{POSITION_GATE, UnlabelledTracks};
 
 /// Probability of existence at which a tentative track is confirmed.
 pub(super) const CONFIRMED: f64 = 0.99;

@@ -13,9 +13,9 @@ use nalgebra::Vector6;
 use crate::covariance::Covariance;
 use crate::math;
 use crate::tracking::estimate::{Estimate, inverse_2};
+use crate::tracking::existence::UnlabelledTracks;
 use crate::tracking::track::TrackId;
 use crate::tracking::track_table::{TrackRow, TrackTable};
-use crate::tracking::unlabelled::UnlabelledTracks;
 
 /// Distance of two tracks beyond which an exchange no longer counts, m: 1.5 times the distance up to which the simulator
 /// pairs a target with its track. Otherwise the covariances would grow without limit as the tracks part.

@@ -8,11 +8,11 @@ use crate::tracking::association::scan_model::ScanModel;
 use crate::tracking::candidate::Candidate;
 use crate::tracking::estimate::Estimate;
 use crate::tracking::exchange::squared_distance;
+use crate::tracking::existence::{POSITION_GATE, TENTATIVE_MAX, UnlabelledTracks};
 use crate::tracking::input::TrackerInput;
 use crate::tracking::motion_modes::MotionModes;
 use crate::tracking::track::{StepLog, Track, TrackChangeKind, TrackId};
 use crate::tracking::track_table::{TrackRow, TrackTable};
-use crate::tracking::unlabelled::{POSITION_GATE, TENTATIVE_MAX, UnlabelledTracks};
 use crate::uav::UavId;
 
 /// Maximum probability of existence of a new tentative track: a single detection confirms no track.

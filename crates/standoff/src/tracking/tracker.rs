@@ -6,13 +6,13 @@ use crate::sensor::NOISE_SDS_MAX;
 use crate::time::Duration;
 use crate::tracking::association::joint::JointUpdate;
 use crate::tracking::association::label::{Association, associate};
+use crate::tracking::existence::UnlabelledTracks;
 use crate::tracking::information_filter::Contribution;
 use crate::tracking::initiation::{start_unassociated, take_cues};
 use crate::tracking::input::{DetectionIndex, Scans, TrackerInput};
 use crate::tracking::near_update::NearMeasurement;
 use crate::tracking::track::{StepLog, Track, TrackChangeKind, TrackStatus};
 use crate::tracking::track_table::{TrackRow, TrackTable};
-use crate::tracking::unlabelled::UnlabelledTracks;
 
 /// Squared distance of a measurement with label from the prediction of its track, in standard deviations, beyond which it
 /// is wrong. Normal errors reach it in one of 10^21 measurements.

@@ -9,11 +9,11 @@ use crate::message::Detection;
 use crate::tracking::association::joint_events::{Edge, JointEvents};
 use crate::tracking::association::scan_model::{Hit, ScanModel, View, Views};
 use crate::tracking::candidate::{Candidate, DETECTED_MAX, detection_probability};
+use crate::tracking::existence::UnlabelledTracks;
 use crate::tracking::input::TrackerInput;
 use crate::tracking::motion_modes::{MotionModes, MotionTransitions};
 use crate::tracking::track::StepLog;
 use crate::tracking::track_table::{TrackRow, TrackTable};
-use crate::tracking::unlabelled::UnlabelledTracks;
 
 /// Number of scans whose new targets the first scan finds, unless there were cues: that of the mean time that a target
 /// exists, 1 / [`END_RATE_1_S`], at three scans per second.
