@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use serde::Deserialize;
+use standoff::Law;
 use standoff_io::bounded_input;
 use standoff_io::display_text::{did_you_mean, escaped, printable, quoted, shell_path};
 use standoff_record::SCENARIO_MAX;
@@ -13,11 +14,16 @@ use toml::de::{DeTable, DeValue, ValueDeserializer};
 use toml::{Spanned, Table, Value};
 
 use super::builtin::{BUILT_IN, built_in, built_in_like};
-
+use super::diagnostics::Problems;
 use super::error::{Excerpt, Problem, ScenarioError};
 use super::locate::{Map, line_around, position_of};
-use super::parse::{self, MISTAKES_MAX};
-use super::schema_types::{AgentSetup, Dynamics, ScenarioFile};
+use super::number::Number;
+use super::parameters::law_of;
+use super::parse::{Form, MISTAKES_MAX, Mistake, take_out, to_toml, value_at};
+use super::sample;
+use super::schema::root;
+use super::schema_types::{Dynamics, ScenarioFile};
+use crate::random::Draws;
 use crate::traffic::STANDARD_INPUT;
 
 /// Maximum size of a scenario file, bytes. 5,000 targets, one table each, take 1 MiB.
@@ -69,15 +75,17 @@ pub fn name_of(name_or_file: &str) -> String {
 pub(super) struct Typed {
     /// Name of the run.
     pub(super) name: String,
-    /// The scenario without the parts that are wrong in form.
+    /// The scenario without the parts that are wrong in form. Its numbers may be distributions.
+    pub(super) table: Table,
+    /// The scenario of some seed, for everything in it that is not drawn.
     pub(super) file: ScenarioFile,
     /// Problems in the form of the scenario and of the command line's changes.
     pub(super) problems: Vec<Problem>,
     /// Warnings about the files that the scenario names.
     pub(super) notes: Vec<String>,
-    /// Keys that were left out of `file` because their values have a wrong form.
+    /// Keys that were left out because their values have a wrong form.
     pub(super) left_out: Vec<String>,
-    /// True if parts of the text are not TOML: their keys, which are unknown, are missing from `file`.
+    /// True if parts of the text are not TOML: their keys, which are unknown, are missing.
     pub(super) is_text_broken: bool,
     pub(super) origin: Origin,
     /// Changes of the command line.
@@ -159,26 +167,99 @@ impl Typed {
         let (mut table, mut problems) = understood(&map, &origin);
         let is_text_broken = !problems.is_empty();
         origin.apply(overrides, &mut table, &mut problems)?;
-        let sets_agents = parse::value_at(&table, "team.agents").is_some();
-        let (mut file, mistakes) = parse::typed(table);
-        if let Some(file) = file.as_mut().filter(|file| !sets_agents && file.needs_an_agent_per_uav()) {
-            file.team.agents = AgentSetup::PerUav;
+        let mut form = Form::default();
+        form.check(root(), "", &mut table);
+        let is_form_known = form.mistakes.len() < MISTAKES_MAX;
+        for Mistake { key, message, help } in form.mistakes {
+            problems.push(origin.problem(&map, &key, message, help));
         }
-        if let Some(file) = file.as_mut().filter(|file| file.uavs.dynamics == Dynamics::Bank) {
-            file.uavs.bank.get_or_insert_default();
+        if !is_form_known {
+            return Err(problems.into());
         }
-        let mut left_out = Vec::new();
-        for mistake in mistakes {
-            problems.push(origin.problem(&map, &mistake.key, mistake.message, mistake.help));
-            left_out.push(mistake.left_out);
+        let (file, _) = drawn(label, &table, Draws::new(0))?;
+        let (notes, left_out, overrides) = (Vec::new(), form.left_out, overrides.clone());
+        let mut typed =
+            Self { name, table, file, problems, notes, left_out, is_text_broken, origin, overrides, files_from };
+        typed.complete()?;
+        Ok(typed)
+    }
+
+    /// Adds what follows from other keys.
+    fn complete(&mut self) -> Result<(), ScenarioError> {
+        let is_set = |key: &str| value_at(&self.table, key).is_some();
+        let mut implied = Vec::new();
+        if law_of(&self.table) == Law::Oh2015 && !is_set("separation") {
+            // Only the phases on an orbit separate UAVs.
+            implied.push(("separation", Value::Boolean(false)));
         }
-        match file {
-            Some(file) => {
-                let (notes, overrides) = (Vec::new(), overrides.clone());
-                Ok(Self { name, file, problems, notes, left_out, is_text_broken, origin, overrides, files_from })
-            }
-            None => Err(problems.into()),
+        if value_at(&self.table, "separation") == Some(&Value::Boolean(true)) {
+            implied.push(("separation", Table::new().into()));
         }
+        if self.file.needs_an_agent_per_uav() && !is_set("team.agents") {
+            implied.push(("team.agents", "per-uav".into()));
+        }
+        if self.file.uavs.dynamics == Dynamics::Bank && !is_set("uavs.bank") {
+            implied.push(("uavs.bank", Table::new().into()));
+        }
+        implied.into_iter().try_for_each(|(key, value)| self.set(key, value))
+    }
+
+    /// Sets a key to a value of the right form.
+    pub(super) fn set(&mut self, key: &str, value: Value) -> Result<(), ScenarioError> {
+        set(&mut self.table, key, value).map_err(|message| ScenarioError::one(&self.origin.label, None, message))?;
+        (self.file, _) = self.drawn(Draws::new(0))?;
+        Ok(())
+    }
+
+    /// Draws every number for a seed. Also returns the numbers that are out of range.
+    pub(super) fn drawn(&self, draws: Draws) -> Result<(ScenarioFile, Problems), ScenarioError> {
+        drawn(&self.origin.label, &self.table, draws)
+    }
+
+    /// Returns whether the number at a key is drawn.
+    pub(super) fn is_drawn(&self, key: &str) -> bool {
+        value_at(&self.table, key).is_some_and(Value::is_table)
+    }
+
+    /// Returns the scenario before anything is drawn, as text with all values.
+    pub(super) fn text(&self) -> Result<String, ScenarioError> {
+        text(&self.origin.label, &self.file, |all| restore(&self.table, all))
+    }
+}
+
+fn drawn(label: &str, table: &Table, draws: Draws) -> Result<(ScenarioFile, Problems), ScenarioError> {
+    sample::drawn(table, draws).map_err(|error| ScenarioError::one(label, None, printable(error.message())))
+}
+
+/// Serialises a scenario as text that can be read again.
+pub(super) fn text(name: &str, file: &ScenarioFile, change: impl FnOnce(&mut Table)) -> Result<String, ScenarioError> {
+    let mut table = to_toml(file).map_err(|error| ScenarioError::one(name, None, error.to_string()))?;
+    change(&mut table);
+    let text = toml::to_string(&table).map_err(|error| ScenarioError::one(name, None, error.to_string()))?;
+    check_size(name, &text, SPELT_OUT)?;
+    Ok(text)
+}
+
+/// Replaces drawn numbers by their distributions, and writes all typed numbers in the same way.
+fn restore(typed: &Table, drawn: &mut Table) {
+    for (key, typed) in typed {
+        if let Some(drawn) = drawn.get_mut(key) {
+            restore_value(typed, drawn);
+        }
+    }
+}
+
+fn restore_value(typed: &Value, drawn: &mut Value) {
+    if let Some(number) = Number::read(typed).ok().and_then(|number| Value::try_from(number).ok()) {
+        *drawn = number;
+        return;
+    }
+    match (typed, drawn) {
+        (Value::Table(typed), Value::Table(drawn)) => restore(typed, drawn),
+        (Value::Array(typed), Value::Array(drawn)) => {
+            typed.iter().zip(drawn).for_each(|(typed, drawn)| restore_value(typed, drawn));
+        }
+        _ => {}
     }
 }
 
@@ -228,8 +309,8 @@ impl Origin {
             // So do the buildings.
             table.remove("world");
             // The size of the scenario's ring has no meaning for other targets.
-            parse::take_out(table, "uavs.start_ring");
-            parse::take_out(table, "uavs.start");
+            take_out(table, "uavs.start_ring");
+            take_out(table, "uavs.start");
             table.insert("about".to_owned(), Value::String(about(&overrides.traffic)));
             let name = |path: &PathBuf| {
                 path.to_str().map(|path| Value::String(path.to_owned())).ok_or_else(|| {
@@ -242,7 +323,7 @@ impl Origin {
             table.insert("traffic".to_owned(), Value::Table([("file".to_owned(), files)].into_iter().collect()));
         }
         if let Some(uavs) = overrides.uavs {
-            parse::take_out(table, "uavs.start");
+            take_out(table, "uavs.start");
             let given = ("uavs.count", Value::Integer(i64::from(uavs)), format!("--uavs {uavs}"));
             problems.extend(self.edit(table, given.0, given.1, &given.2));
         }

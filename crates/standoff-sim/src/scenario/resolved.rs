@@ -9,8 +9,7 @@ use standoff_score::{Buildings, CueError, Noise, ScoreConfig};
 
 use super::basemap::MapFile;
 use super::number::Number;
-use super::schema_types::AgentSetup;
-use super::schema_types::resolved::ScenarioFile;
+use super::schema_types::{AgentSetup, ScenarioFile};
 use crate::navigation::NavigationModel;
 use crate::target_id::TargetId;
 use crate::traffic::Traffic;

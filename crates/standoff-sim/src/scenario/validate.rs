@@ -11,9 +11,9 @@ use super::error::{Problem, ScenarioError};
 use super::load::{Typed, related};
 use super::locate::Map;
 use super::number::Number;
-use super::parse::{MISTAKES_MAX, to_toml, value_at, with_value};
-use super::schema_types::resolved::{Intruder, Link, Radio, Ring, Scatter, ScenarioFile};
-use super::schema_types::{AgentSetup, Dynamics, Labels};
+use super::parameters::number;
+use super::parse::{MISTAKES_MAX, value_at, with_value};
+use super::schema_types::{AgentSetup, Dynamics, Intruder, Labels, Link, Radio, ScenarioFile};
 use super::traffic::NAME_MAX;
 use crate::traffic::MAX_AT_ONCE;
 
@@ -54,7 +54,7 @@ pub(super) fn check_settings(file: &ScenarioFile, team: &TeamParams, over: Vec<P
     for ParamError { path, value, allowed } in team.errors().into_iter().chain(over) {
         let param = TeamParams::table().iter().find(|param| param.path == path);
         let (key, is_angle) = param.map_or((path.as_str(), false), |param| (param.key, param.is_angle()));
-        let typed = file.parameters.number(key).unwrap_or(value);
+        let typed = number(&file.parameters, key).unwrap_or(value);
         // Converted to the unit in which the value was typed.
         let allowed = if is_angle { allowed.map(f64::to_degrees) } else { allowed };
         problems.add(key, format!("must be {allowed}"), Some(typed.into()));
@@ -63,12 +63,7 @@ pub(super) fn check_settings(file: &ScenarioFile, team: &TeamParams, over: Vec<P
 
 /// Checks UAVs, targets, intruders, radio and description. This happens before targets are drawn, so that every error
 /// points to where it was typed.
-pub(super) fn check_objects(
-    file: &ScenarioFile,
-    ring: Option<&Ring>,
-    scatter: Option<&Scatter>,
-    problems: &mut Problems,
-) {
+pub(super) fn check_objects(file: &ScenarioFile, problems: &mut Problems) {
     if file.about.chars().any(char::is_control) || file.about.chars().count() > ABOUT_MAX {
         problems.add("about", format!("must be one line of at most {ABOUT_MAX} characters"), None);
     }
@@ -92,7 +87,7 @@ pub(super) fn check_objects(
     let listed = file.uavs.start.len() as f64;
     if listed > 0.0 {
         problems.check("uavs.count", count, Allowed::exactly(listed).with_reason("as many as [[uavs.start]]"));
-        if ring.is_some() {
+        if file.uavs.start_ring.is_some() {
             problems.add("uavs.start_ring", "[uavs.start_ring] and [[uavs.start]] exclude each other; keep one", None);
         }
     }
@@ -125,6 +120,7 @@ pub(super) fn check_objects(
     }
     check_intruders(&file.intruders, uav_range, problems);
     let at = file.targets.as_ref().map_or(0, |targets| targets.start.len());
+    let scatter = file.targets.as_ref().and_then(|targets| targets.random.as_ref());
     if file.traffic.is_none() && scatter.is_none() && at == 0 {
         problems.add("targets", "no targets; give [targets.random], [[targets.start]] or [traffic]", None);
     }
@@ -255,6 +251,7 @@ const PARTNERS: &[(&str, &str)] = &[
     ("filter.correlation_rate_1_s", "targets.correlation_rate_1_s"),
     ("filter.acceleration_sd_m_s2", "targets.acceleration_sd_m_s2"),
     ("duration_s", "period_s"),
+    ("targets", "traffic"),
     ("wind.orbit_wind_m_s", "wind.speed_m_s"),
     ("wind.orbit_wind_m_s", "wind.reference_height_m"),
     ("wind.orbit_wind_m_s", "wind.shear_exponent"),
@@ -275,7 +272,6 @@ pub(super) fn report(problems: Problems, typed: &Typed, seed: u64) -> Result<(),
     let map = Map::new(&typed.origin.text);
     let is_typed = |key: &str| typed.origin.is_typed(&map, key);
     let is_left_out = |key: &str| typed.left_out.iter().any(|out| related(out, key));
-    let as_typed = to_toml(&typed.file, &typed.file.parameters).unwrap_or_default();
     let keys: Vec<String> = found.iter().map(|found| found.key.clone()).collect();
     for (index, Found { key, what, number }) in found.into_iter().enumerate() {
         if problems.len() >= MISTAKES_MAX {
@@ -292,10 +288,9 @@ pub(super) fn report(problems: Problems, typed: &Typed, seed: u64) -> Result<(),
         if partners.any(|by| keys.iter().any(|key| key == by)) || keys[..index].contains(&key) {
             continue;
         }
-        let is_typed_as_table = value_at(&as_typed, &key).is_some_and(toml::Value::is_table);
-        let is_drawn = is_typed_as_table && matches!(number, Some(Number::Constant(_)));
+        let is_drawn = typed.is_drawn(&key) && matches!(number, Some(Number::Constant(_)));
         let value = number.and_then(|number| toml::Value::try_from(number).ok());
-        let value = value.as_ref().or_else(|| value_at(&as_typed, &key));
+        let value = value.as_ref().or_else(|| value_at(&typed.table, &key));
         let message = format!("{}: {what}", with_value(&key, value));
         let help = is_drawn.then(|| format!("this value was drawn for seed {seed}: narrow the distribution"));
         let problem = typed.origin.problem(&map, partner.unwrap_or(&key), message, help);
