@@ -25,6 +25,7 @@ pub mod schema_types;
 mod start;
 #[cfg(test)]
 mod tests;
+mod text;
 mod traffic;
 mod validate;
 mod warnings;
@@ -39,11 +40,10 @@ pub use load::{Overrides, name_of};
 pub use locate::SourcePosition;
 pub use number::{Distribution, Number};
 pub use parse::MISTAKES_MAX;
-pub use resolved::{
-    Clock, Intruder, Link, Manoeuvre, Outage, Partition, Radio, Restart, Scenario, SensorModel, Settings, Targets,
-};
+pub use resolved::{Intruder, Scenario, SensorModel, Settings, Targets};
 pub use schema::schema;
-pub use schema_types::AgentSetup;
+pub(crate) use schema_types::uav_of;
+pub use schema_types::{AgentSetup, Clock, Link, Manoeuvre, Outage, Partition, Radio, Restart};
 
 use crate::traffic::Traffic;
 
@@ -55,7 +55,7 @@ impl Scenario {
 
     /// Returns the scenario as text with every value spelt out; loading this text gives the same run.
     pub fn resolved(&self) -> Result<String, ScenarioError> {
-        load::text(&self.name, &self.file, |_| ())
+        text::text(&self.name, &self.file, None)
     }
 }
 

@@ -44,67 +44,90 @@ pub(super) fn spell_out(typed: &mut Typed, traffic: Option<&Traffic>) -> Result<
     if !typed.file.geofence.iter().any(is_in_degrees) {
         return Ok(());
     }
-    let earth = Earth::of(typed, traffic);
-    let is_metric = traffic.is_none_or(|traffic| traffic.origin.is_none());
+    let place =
+        Place { earth: Earth::of(typed, traffic), is_metric: traffic.is_none_or(|traffic| traffic.origin.is_none()) };
     let (mut others, mut notes, typed_count) = (Vec::new(), Vec::new(), typed.file.geofence.len());
     let Some(mut all) = value_at(&typed.table, "geofence").and_then(Value::as_array).cloned() else { return Ok(()) };
-    for (place, as_typed) in all.iter_mut().enumerate().take(ZONES_MAX) {
-        let zone = &typed.file.geofence[place];
-        if zone.file.is_empty() {
-            circle_in_metres(typed, place, as_typed, &earth)?;
+    for (index, as_typed) in all.iter_mut().enumerate().take(ZONES_MAX) {
+        if typed.file.geofence[index].file.is_empty() {
+            circle_in_metres(typed, index, as_typed, &place.earth)?;
             continue;
         }
-        let key = format!("geofence.{place}.file");
-        let problem = |message: String| {
-            let message = format!("{key} = {}: {message}", quoted(&zone.file));
-            ScenarioError::from(typed.origin.problem(&Map::new(&typed.origin.text), &key, message, None))
-        };
-        if zone.file.len() > NAME_MAX {
-            return Err(problem(format!("must be at most {NAME_MAX} bytes")));
-        }
-        if !zone.vertices.is_empty() || is_circle(zone) {
-            return Err(problem("a zone has `vertices`, a circle or a `file`; keep one".to_owned()));
-        }
-        if zone.part_of.is_some() {
-            return Err(problem("a file defines separate zones; remove `part_of`".to_owned()));
-        }
-        let path = typed.files_from.as_deref().unwrap_or(Path::new("")).join(&zone.file);
-        let bytes = bounded_input::bytes(&path, LENGTH_MAX).map_err(|reason| {
-            let is_io_error = !bounded_input::is_input_error(&reason);
-            ScenarioError { is_io_error, ..problem(bounded_input::cannot_be_read(&reason)) }
-        })?;
-        let contents = file::read(&bytes, zone.coordinates, is_metric, &earth).map_err(problem)?;
-        let band_keys = ["altitude_min_m", "altitude_max_m"];
-        if let Some(band_key) =
-            band_keys.iter().find(|band_key| typed.is_drawn(&format!("geofence.{place}.{band_key}")))
-        {
-            // Each zone would draw another number.
-            return Err(problem(format!(
-                "{band_key} must be a number, not a distribution, if the zones are from a file"
-            )));
-        }
-        let mut zones = zones(zone, contents.zones).map_err(problem)?;
-        if zone.coordinates != Coordinates::Auto {
-            zones.iter_mut().for_each(|of_file| of_file.coordinates = Coordinates::Metres);
-        }
-        notes.extend(contents.notes.iter().map(|note| format!("{key} = {}: {note}", quoted(&zone.file))));
+        let (zones, notes_of_file) = zones_of_file(typed, index, as_typed, &place)?;
+        notes.extend(notes_of_file);
         // Parts count from the first zone of the file.
-        let index = |of_file: f64| {
-            if of_file == 0.0 { place as f64 } else { (typed_count + others.len()) as f64 + of_file - 1.0 }
+        let index_of = |of_file: f64| {
+            if of_file == 0.0 { index as f64 } else { (typed_count + others.len()) as f64 + of_file - 1.0 }
         };
-        for zone in &mut zones {
-            zone.part_of = zone.part_of.map(index);
-        }
-        let described = |error: toml::ser::Error| problem(error.to_string());
-        let mut zones = zones.iter().map(|zone| Value::try_from(zone).map_err(described));
+        let zones = zones.into_iter().map(|zone| schema_types::Zone { part_of: zone.part_of.map(index_of), ..zone });
+        let refused = |error: toml::ser::Error| ScenarioError::one(&typed.origin.label, None, error.to_string());
+        let zones = zones.map(|zone| Value::try_from(zone).map_err(refused)).collect::<Result<Vec<_>, _>>()?;
+        let mut zones = zones.into_iter();
         if let Some(first) = zones.next() {
-            *as_typed = first?;
+            *as_typed = first;
         }
-        others.extend(zones.collect::<Result<Vec<_>, _>>()?);
+        others.extend(zones);
     }
     all.extend(others);
     typed.notes.extend(notes);
     typed.set("geofence", all.into())
+}
+
+/// Where files of zones are placed.
+struct Place {
+    earth: Result<Earth, String>,
+    /// True if the traffic is in metres.
+    is_metric: bool,
+}
+
+/// Reads the zones of a file that a table names, and notes about it.
+fn zones_of_file(
+    typed: &Typed,
+    index: usize,
+    as_typed: &Value,
+    place: &Place,
+) -> Result<(Vec<schema_types::Zone>, Vec<String>), ScenarioError> {
+    let (zone, key) = (&typed.file.geofence[index], format!("geofence.{index}.file"));
+    let problem = |message: String| {
+        let message = format!("{key} = {}: {message}", quoted(&zone.file));
+        ScenarioError::from(typed.origin.problem(&Map::new(&typed.origin.text), &key, message, None))
+    };
+    if zone.file.len() > NAME_MAX {
+        return Err(problem(format!("must be at most {NAME_MAX} bytes")));
+    }
+    if !zone.vertices.is_empty() || is_circle(zone) {
+        return Err(problem("a zone has `vertices`, a circle or a `file`; keep one".to_owned()));
+    }
+    if zone.part_of.is_some() {
+        return Err(problem("a file defines separate zones; remove `part_of`".to_owned()));
+    }
+    // Each zone would draw another number.
+    let is_wrong = |key: &&str| as_typed.get(key).is_some_and(|limit_m| finite(limit_m).is_none());
+    if let Some(key) = ["altitude_min_m", "altitude_max_m"].into_iter().find(is_wrong) {
+        return Err(problem(format!(
+            "{key} must be a finite number, not a distribution, if the zones are from a file"
+        )));
+    }
+    let path = typed.files_from.as_deref().unwrap_or(Path::new("")).join(&zone.file);
+    let bytes = bounded_input::bytes(&path, LENGTH_MAX).map_err(|reason| {
+        let is_io_error = !bounded_input::is_input_error(&reason);
+        ScenarioError { is_io_error, ..problem(bounded_input::cannot_be_read(&reason)) }
+    })?;
+    let contents = file::read(&bytes, zone.coordinates, place.is_metric, &place.earth).map_err(problem)?;
+    let mut zones = zones(zone, contents.zones).map_err(problem)?;
+    if zone.coordinates != Coordinates::Auto {
+        zones.iter_mut().for_each(|of_file| of_file.coordinates = Coordinates::Metres);
+    }
+    let note = |note: String| format!("{key} = {}: {note}", quoted(&zone.file));
+    Ok((zones, contents.notes.into_iter().map(note).collect()))
+}
+
+/// Returns a typed number, unless it is a distribution or not finite.
+fn finite(typed: &Value) -> Option<f64> {
+    match Number::read(typed) {
+        Ok(Number::Constant(number)) => Some(number).filter(|number| number.is_finite()),
+        _ => None,
+    }
 }
 
 /// Returns the geofence; an empty one if it has problems.
@@ -295,13 +318,11 @@ fn circle_in_metres(
         let message = format!("{key}: {what}");
         ScenarioError::from(typed.origin.problem(&Map::new(&typed.origin.text), &key, message, None))
     };
-    let is_drawn = |name: &str| typed.is_drawn(&format!("geofence.{index}.{name}"));
-    let (latitude_deg, longitude_deg) = match (zone.lat_deg, zone.lon_deg) {
+    let (latitude_deg, longitude_deg) = match (as_typed.get("lat_deg"), as_typed.get("lon_deg")) {
         (None, None) => return Ok(()),
-        (Some(_), Some(_)) if is_drawn("lat_deg") || is_drawn("lon_deg") => {
-            return Err(refuse("must be a number, not a distribution; draw x_m and y_m instead"));
-        }
-        (Some(latitude_deg), Some(longitude_deg)) => (latitude_deg, longitude_deg),
+        (Some(latitude_deg), Some(longitude_deg)) => finite(latitude_deg)
+            .zip(finite(longitude_deg))
+            .ok_or_else(|| refuse("must be a finite number, not a distribution; draw x_m and y_m instead"))?,
         _ => return Err(refuse("a circle needs both lat_deg and lon_deg, or x_m and y_m")),
     };
     if zone.x_m.is_some() || zone.y_m.is_some() {
@@ -1134,7 +1155,7 @@ mod tests {
             ("{\"altitude_max_m\": \"FL95\"}", "", "properties.altitude_max_m = \"FL95\": must be a number, m"),
             ("{\"altitude_max_m\": -5}", "", "polygon 0: altitude_max_m = -5 must be between 0 and 100000"),
             (both, "altitude_min_m = 121", "polygon 0: altitude_min_m = 121 is above altitude_max_m = 120.5"),
-            (both, "altitude_min_m = { uniform = [1, 2] }", "altitude_min_m must be a number, not a distribution"),
+            (both, "altitude_min_m = { uniform = [1, 2] }", "altitude_min_m must be a finite number, not"),
         ] {
             let error: String = of_file(properties, table).unwrap_err();
             assert!(

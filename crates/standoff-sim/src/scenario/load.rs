@@ -17,12 +17,12 @@ use super::builtin::{BUILT_IN, built_in, built_in_like};
 use super::diagnostics::Problems;
 use super::error::{Excerpt, Problem, ScenarioError};
 use super::locate::{Map, line_around, position_of};
-use super::number::Number;
 use super::parameters::law_of;
-use super::parse::{Form, MISTAKES_MAX, Mistake, take_out, to_toml, value_at};
+use super::parse::{Form, MISTAKES_MAX, Mistake, take_out, value_at};
 use super::sample;
 use super::schema::root;
 use super::schema_types::{Dynamics, ScenarioFile};
+use super::text::text;
 use crate::random::Draws;
 use crate::traffic::STANDARD_INPUT;
 
@@ -176,16 +176,17 @@ impl Typed {
         if !is_form_known {
             return Err(problems.into());
         }
-        let (file, _) = drawn(label, &table, Draws::new(0))?;
-        let (notes, left_out, overrides) = (Vec::new(), form.left_out, overrides.clone());
+        let (file, notes) = (ScenarioFile::default(), Vec::new());
+        let (left_out, overrides) = (form.left_out, overrides.clone());
         let mut typed =
             Self { name, table, file, problems, notes, left_out, is_text_broken, origin, overrides, files_from };
         typed.complete()?;
         Ok(typed)
     }
 
-    /// Adds what follows from other keys.
+    /// Reads the tables, and adds what follows from other keys.
     fn complete(&mut self) -> Result<(), ScenarioError> {
+        (self.file, _) = self.drawn(Draws::new(0))?;
         let is_set = |key: &str| value_at(&self.table, key).is_some();
         let mut implied = Vec::new();
         if law_of(&self.table) == Law::Oh2015 && !is_set("separation") {
@@ -213,7 +214,8 @@ impl Typed {
 
     /// Draws every number for a seed. Also returns the numbers that are out of range.
     pub(super) fn drawn(&self, draws: Draws) -> Result<(ScenarioFile, Problems), ScenarioError> {
-        drawn(&self.origin.label, &self.table, draws)
+        let refused = |error: toml::de::Error| ScenarioError::one(&self.origin.label, None, printable(error.message()));
+        sample::drawn(&self.table, draws).map_err(refused)
     }
 
     /// Returns whether the number at a key is drawn.
@@ -223,43 +225,7 @@ impl Typed {
 
     /// Returns the scenario before anything is drawn, as text with all values.
     pub(super) fn text(&self) -> Result<String, ScenarioError> {
-        text(&self.origin.label, &self.file, |all| restore(&self.table, all))
-    }
-}
-
-fn drawn(label: &str, table: &Table, draws: Draws) -> Result<(ScenarioFile, Problems), ScenarioError> {
-    sample::drawn(table, draws).map_err(|error| ScenarioError::one(label, None, printable(error.message())))
-}
-
-/// Serialises a scenario as text that can be read again.
-pub(super) fn text(name: &str, file: &ScenarioFile, change: impl FnOnce(&mut Table)) -> Result<String, ScenarioError> {
-    let mut table = to_toml(file).map_err(|error| ScenarioError::one(name, None, error.to_string()))?;
-    change(&mut table);
-    let text = toml::to_string(&table).map_err(|error| ScenarioError::one(name, None, error.to_string()))?;
-    check_size(name, &text, SPELT_OUT)?;
-    Ok(text)
-}
-
-/// Replaces drawn numbers by their distributions, and writes all typed numbers in the same way.
-fn restore(typed: &Table, drawn: &mut Table) {
-    for (key, typed) in typed {
-        if let Some(drawn) = drawn.get_mut(key) {
-            restore_value(typed, drawn);
-        }
-    }
-}
-
-fn restore_value(typed: &Value, drawn: &mut Value) {
-    if let Some(number) = Number::read(typed).ok().and_then(|number| Value::try_from(number).ok()) {
-        *drawn = number;
-        return;
-    }
-    match (typed, drawn) {
-        (Value::Table(typed), Value::Table(drawn)) => restore(typed, drawn),
-        (Value::Array(typed), Value::Array(drawn)) => {
-            typed.iter().zip(drawn).for_each(|(typed, drawn)| restore_value(typed, drawn));
-        }
-        _ => {}
+        text(&self.origin.label, &self.file, Some(&self.table))
     }
 }
 

@@ -15,66 +15,41 @@ use crate::wind::shear_factor;
 /// Values by key, in the units of the keys. Those of absent parts have no effect.
 pub(super) type Parameters = BTreeMap<&'static str, ParamValue>;
 
-/// A key whose default depends on other values.
-pub(super) struct Derived {
-    pub(super) key: &'static str,
-    /// Description of the default.
-    pub(super) absent: &'static str,
-    /// Returns the default in a drawn scenario.
-    pub(super) default: fn(&ScenarioFile) -> f64,
-}
+/// A key whose default depends on other values: the key, what the default is, and its value in a drawn scenario.
+type Derived = (&'static str, &'static str, fn(&ScenarioFile) -> f64);
 
-const fn derived(key: &'static str, absent: &'static str, default: fn(&ScenarioFile) -> f64) -> Derived {
-    Derived { key, absent, default }
-}
+const LOWEST_WIND: &str = "the speed of the wind at `groups.altitude_lowest_m`";
 
-/// Keys whose defaults depend on other values. Traffic has the motion of measured cars: 0.2-0.5 1/s and 0.5-1 m/s2 per
-/// axis.
+/// Keys whose defaults depend on other values. Measured cars: 0.2-0.5 1/s and 0.5-1 m/s2 per axis.
 pub(super) const DERIVED: [Derived; 16] = [
-    derived("filter.correlation_rate_1_s", "If absent: that of `[targets]`, or 0.3 for traffic.", |file| {
+    ("filter.correlation_rate_1_s", "that of `[targets]`, or 0.3 for traffic", |file| {
         file.targets.as_ref().map_or(0.3, |targets| targets.correlation_rate_1_s)
     }),
-    derived("filter.acceleration_sd_m_s2", "If absent: that of `[targets]`, or 0.75 for traffic.", |file| {
+    ("filter.acceleration_sd_m_s2", "that of `[targets]`, or 0.75 for traffic", |file| {
         file.targets.as_ref().map_or(0.75, |targets| targets.acceleration_sd_m_s2)
     }),
-    derived("filter.range_sd_m", "If absent: that of the sensor, or 10 if the sensor has no noise.", |file| {
+    ("filter.range_sd_m", "that of the sensor, or 10 if the sensor has no noise", |file| {
         noise_or(file.sensor.range_sd_m, 10.0)
     }),
-    derived("filter.bearing_sd_deg", "If absent: that of the sensor, or 3 if the sensor has no noise.", |file| {
+    ("filter.bearing_sd_deg", "that of the sensor, or 3 if the sensor has no noise", |file| {
         noise_or(file.sensor.bearing_sd_deg, 3.0)
     }),
-    derived("filter.detection_probability", "If absent: that of the sensor.", |file| file.sensor.detection_probability),
-    derived("filter.mdv_m_s", "If absent: that of the sensor.", |file| file.sensor.mdv_m_s),
-    derived(
-        "filter.range_rate_sd_m_s",
-        "If absent: that of the sensor, or 0.5 if the range rate is not measured or exact.",
-        |file| noise_or(file.sensor.range_rate_sd_m_s.unwrap_or(0.0), 0.5),
-    ),
-    derived("filter.false_alarms_per_scan", "If absent: that of the sensor.", |file| file.sensor.false_alarms_per_scan),
-    derived(
-        "filter.manoeuvre_rate_1_s",
-        "If absent: 0.03 for traffic and with `[[targets.manoeuvre]]`, otherwise 0.",
-        |file| if file.targets.as_ref().is_none_or(|targets| !targets.manoeuvre.is_empty()) { 0.03 } else { 0.0 },
-    ),
-    derived("filter.stop_rate_1_s", "If absent: 0.05 for traffic, otherwise 0.", |file| {
-        if file.targets.is_none() { 0.05 } else { 0.0 }
+    ("filter.detection_probability", "that of the sensor", |file| file.sensor.detection_probability),
+    ("filter.mdv_m_s", "that of the sensor", |file| file.sensor.mdv_m_s),
+    ("filter.range_rate_sd_m_s", "that of the sensor, or 0.5 if the range rate is not measured or exact", |file| {
+        noise_or(file.sensor.range_rate_sd_m_s.unwrap_or(0.0), 0.5)
     }),
-    derived("filter.own_position_sd_m", "If absent: `navigation.position_sd_m`.", |file| file.navigation.position_sd_m),
-    derived("filter.own_position_correlation_s", "If absent: `navigation.correlation_s`.", |file| {
-        file.navigation.correlation_s
+    ("filter.false_alarms_per_scan", "that of the sensor", |file| file.sensor.false_alarms_per_scan),
+    ("filter.manoeuvre_rate_1_s", "0.03 for traffic and with `[[targets.manoeuvre]]`, otherwise 0", |file| {
+        if file.targets.as_ref().is_none_or(|targets| !targets.manoeuvre.is_empty()) { 0.03 } else { 0.0 }
     }),
-    derived("filter.own_heading_sd_deg", "If absent: `navigation.heading_bias_deg`.", |file| {
-        file.navigation.heading_bias_deg
-    }),
-    derived("wind.orbit_wind_m_s", "If absent: the speed of the wind at `groups.altitude_lowest_m`.", lowest_wind_m_s),
-    derived(
-        "wind.believed_speed_m_s",
-        "If absent: the speed of the wind at `groups.altitude_lowest_m`.",
-        lowest_wind_m_s,
-    ),
-    derived("wind.believed_from_deg", "If absent: `wind.from_deg`.", |file| {
-        file.wind.as_ref().map_or(0.0, |wind| wind.from_deg)
-    }),
+    ("filter.stop_rate_1_s", "0.05 for traffic, otherwise 0", |file| if file.targets.is_none() { 0.05 } else { 0.0 }),
+    ("filter.own_position_sd_m", "`navigation.position_sd_m`", |file| file.navigation.position_sd_m),
+    ("filter.own_position_correlation_s", "`navigation.correlation_s`", |file| file.navigation.correlation_s),
+    ("filter.own_heading_sd_deg", "`navigation.heading_bias_deg`", |file| file.navigation.heading_bias_deg),
+    ("wind.orbit_wind_m_s", LOWEST_WIND, lowest_wind_m_s),
+    ("wind.believed_speed_m_s", LOWEST_WIND, lowest_wind_m_s),
+    ("wind.believed_from_deg", "`wind.from_deg`", |file| file.wind.as_ref().map_or(0.0, |wind| wind.from_deg)),
 ];
 
 fn noise_or(noise: f64, default: f64) -> f64 {
@@ -84,10 +59,9 @@ fn noise_or(noise: f64, default: f64) -> f64 {
 /// Speed of the wind at the lowest altitude of the UAVs, m/s.
 fn lowest_wind_m_s(file: &ScenarioFile) -> f64 {
     let lowest_m = number(&file.parameters, "groups.altitude_lowest_m").unwrap_or(0.0);
-    let wind_m_s = |wind: &super::schema_types::Wind| {
-        wind.speed_m_s * shear_factor(lowest_m, wind.reference_height_m, wind.shear_exponent)
-    };
-    file.wind.as_ref().map_or(0.0, wind_m_s)
+    file.wind
+        .as_ref()
+        .map_or(0.0, |wind| wind.speed_m_s * shear_factor(lowest_m, wind.reference_height_m, wind.shear_exponent))
 }
 
 /// Returns the parameters that have a key in one of the tables. The period, whose key is at the top, belongs to the
@@ -119,7 +93,7 @@ pub(super) fn defaults(law: Law) -> Parameters {
     let mut team = TeamParams { separation: Some(SeparationParams::default()), ..TeamParams::of_law(law) };
     (team.uav.climb, team.uav.bank) = (Some(ClimbParams::default()), Some(BankParams::default()));
     team.wind = Some(WindParams::default());
-    let independent = declared().filter(|param| DERIVED.iter().all(|derived| derived.key != param.key));
+    let independent = declared().filter(|param| DERIVED.iter().all(|(key, ..)| *key != param.key));
     let default = |param: &ParamInfo| {
         Some((
             param.key,

@@ -6,9 +6,7 @@ use standoff_io::display_text::{did_you_mean, nearest, printable, quoted};
 use toml::{Table, Value};
 
 use super::number::Number;
-use super::parameters::{tables, to_value};
 use super::schema::{Node, root};
-use super::schema_types::ScenarioFile;
 
 /// Maximum number of mistakes; reading stops after that, because a text with more is probably not a scenario.
 pub const MISTAKES_MAX: usize = 20;
@@ -107,7 +105,9 @@ fn expected(node: Node, key: &str) -> String {
     }
     let forms = node.forms().into_iter().map(|form| match (form.json_type(), form.element()) {
         (Some("object"), _) => "a table".to_owned(),
-        (Some("boolean"), _) => "a boolean".to_owned(),
+        (Some("boolean"), _) if node.json_type().is_some() => "a boolean".to_owned(),
+        // A table that can be switched off.
+        (Some("boolean"), _) => "false".to_owned(),
         (_, Some(element)) if element.keys().is_some() => format!("an array of tables, [[{key}]]"),
         (_, Some(_)) => "an array, in []".to_owned(),
         _ => "a string".to_owned(),
@@ -126,22 +126,6 @@ fn suggestion(table: Node, at: &str, typed: &str) -> String {
         Some(elsewhere) => format!("`{typed}` belongs {}", place(elsewhere)),
         None => format!("the keys {} are {}", place(at), keys.join(", ")),
     }
-}
-
-/// Converts a scenario to TOML, with its parameters in the order of the schema. Parameters of absent optional tables are
-/// left out.
-pub(super) fn to_toml(file: &ScenarioFile) -> Result<Table, toml::ser::Error> {
-    let mut scenario = Table::try_from(file)?;
-    for name in tables() {
-        let Some(Value::Table(table)) = value_at_mut(&mut scenario, name) else { continue };
-        let mut own = std::mem::take(table);
-        for key in root().at(name).and_then(Node::keys).unwrap_or_default() {
-            let parameter = file.parameters.get(format!("{name}.{key}").as_str());
-            let value = parameter.map(to_value).or_else(|| own.remove(key));
-            table.extend(value.map(|value| (key.to_owned(), value)));
-        }
-    }
-    Ok(scenario)
 }
 
 /// Formats a key with its value, if the value is short: `uavs.count = 0`.
@@ -173,7 +157,7 @@ fn value_in<'a>(value: &'a Value, key: &str) -> Option<&'a Value> {
 }
 
 /// Returns the value of a dotted key of tables.
-fn value_at_mut<'a>(table: &'a mut Table, key: &str) -> Option<&'a mut Value> {
+pub(super) fn value_at_mut<'a>(table: &'a mut Table, key: &str) -> Option<&'a mut Value> {
     let mut parts = key.split('.');
     let first = table.get_mut(parts.next()?)?;
     parts.try_fold(first, |here, part| here.get_mut(part))

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use standoff::{
     BankParams, ClimbParams, Duration, ParamValue, Position, SensorParams, SeparationParams, TargetParams, TargetState,
-    TeamParams, UavId, Velocity, Wind, WindParams,
+    TeamParams, Velocity, Wind, WindParams,
 };
 use standoff_score::{Buildings, CueError};
 
@@ -12,9 +12,7 @@ use super::error::ScenarioError;
 use super::load::Typed;
 use super::number::Number;
 use super::parameters::{self, DERIVED};
-use super::resolved::{
-    Clock, Link, Manoeuvre, Outage, Partition, Radio, Restart, Scenario, SensorModel, Settings, Targets,
-};
+use super::resolved::{Scenario, SensorModel, Settings, Targets};
 use super::sample::value;
 use super::schema_types::{self, AgentSetup, Labels, Scatter, ScenarioFile, SpeedCommand, TargetAt};
 use super::traffic::{absence_warning, check_span, length_warning};
@@ -24,7 +22,6 @@ use super::{basemap, buildings, geofence, start};
 use crate::gusts::GustModel;
 use crate::navigation::NavigationModel;
 use crate::random::{Draws, Stream};
-use crate::target_id::TargetId;
 use crate::traffic::Traffic;
 use crate::wind::WindModel;
 
@@ -52,67 +49,26 @@ pub(super) fn resolve(typed: &Typed, traffic: Option<&Arc<Traffic>>, seed: u64) 
     warnings.extend(traffic.and_then(|traffic| absence_warning(&settings, traffic)));
     warnings.extend(typed.notes.iter().cloned());
     warnings.extend(traffic.iter().flat_map(|traffic| traffic.notes.iter().cloned()));
-    let outages = file.uavs.outage.iter().map(|outage| Outage {
-        uav: UavId(outage.uav as u32),
-        from_s: outage.from_s,
-        until_s: outage.until_s,
-    });
-    let late = file.uavs.boot_delay_s.unwrap_or(0.0.into());
+    let late = file.uavs.boot_delay_s.unwrap_or_default();
     let draws = Draws::new(seed);
     let starts_s = (1..).take(uavs.len()).map(|nth| value(&late, &"uavs.boot_delay_s", draws, nth)).collect();
-    let restarts = file.uavs.restart.iter().map(|restart| Restart {
-        uav: UavId(restart.uav as u32),
-        at_s: restart.at_s,
-        down_s: restart.down_s,
-    });
-    let clocks = file.uavs.clock.iter().map(|clock| Clock {
-        uav: UavId(clock.uav as u32),
-        offset_s: clock.offset_s,
-        drift_ppm: clock.drift_ppm,
-    });
     Ok(Scenario {
         name: typed.name.clone(),
         about: file.about.clone(),
         seed,
         uavs,
         intruders,
-        outages: outages.collect(),
-        radio: file.radio.as_ref().map(radio),
+        outages: file.uavs.outage.clone(),
+        radio: file.radio.clone(),
         starts_s,
-        restarts: restarts.collect(),
-        clocks: clocks.collect(),
+        restarts: file.uavs.restart.clone(),
+        clocks: file.uavs.clock.clone(),
         map: basemap::files(typed),
         targets,
         warnings,
         settings,
         file,
     })
-}
-
-fn radio(radio: &schema_types::Radio) -> Radio {
-    let (loss, delay_s) = (radio.packet_loss.unwrap_or(0.0.into()), radio.latency_s.unwrap_or(0.0.into()));
-    let links = radio.link.iter().map(|link| Link {
-        from: UavId(link.from as u32),
-        to: UavId(link.to as u32),
-        packet_loss: link.packet_loss.unwrap_or(loss),
-        latency_s: link.latency_s.unwrap_or(delay_s),
-    });
-    let side = |side: &Vec<f64>| side.iter().map(|uav| UavId(*uav as u32)).collect();
-    let partitions = radio.partition.iter().map(|partition| Partition {
-        from_s: partition.from_s,
-        until_s: partition.until_s,
-        sides: partition.sides.iter().map(side).collect(),
-    });
-    Radio {
-        packet_loss: loss,
-        latency_s: delay_s,
-        duplication: radio.duplication,
-        range_m: radio.range_m,
-        bandwidth_bytes_per_s: radio.bandwidth_bytes_per_s,
-        fault_until_s: radio.fault_until_s,
-        links: links.collect(),
-        partitions: partitions.collect(),
-    }
 }
 
 /// Draws, fills in and checks everything except for the starts of targets and UAVs that are not listed.
@@ -175,9 +131,9 @@ fn fill_in(file: &mut ScenarioFile, traffic: Option<&Traffic>) {
     if file.uavs.count.is_nan() {
         file.uavs.count = file.uavs.start.len().max(1) as f64;
     }
-    for derived in &DERIVED {
-        let default = (derived.default)(file);
-        file.parameters.entry(derived.key).or_insert(ParamValue::Number(default));
+    for (key, _, default) in DERIVED {
+        let default = default(file);
+        file.parameters.entry(key).or_insert(ParamValue::Number(default));
     }
 }
 
@@ -282,11 +238,5 @@ fn random_targets(targets: &schema_types::Targets) -> Targets {
         let position = Position::from_m(at.x_m, at.y_m);
         TargetState::new(position, Velocity::from_m_s(at.vx_m_s, at.vy_m_s), [at.ax_m_s2, at.ay_m_s2])
     });
-    let manoeuvres = targets.manoeuvre.iter().map(|manoeuvre| Manoeuvre {
-        target: TargetId(manoeuvre.target as u32),
-        from_s: manoeuvre.from_s,
-        until_s: manoeuvre.until_s,
-        acceleration_m_s2: [manoeuvre.ax_m_s2, manoeuvre.ay_m_s2],
-    });
-    Targets::Random { model: target_model(targets), start: start.collect(), manoeuvres: manoeuvres.collect() }
+    Targets::Random { model: target_model(targets), start: start.collect(), manoeuvres: targets.manoeuvre.clone() }
 }

@@ -47,7 +47,7 @@ fn property(param: &ParamInfo, defaults: &Parameters) -> Value {
         }
         ParamKind::Flag => (String::new(), ("type", "boolean".into())),
     };
-    let derived = DERIVED.iter().find(|derived| derived.key == param.key).map(|derived| format!(" {}", derived.absent));
+    let derived = DERIVED.iter().find(|(key, ..)| *key == param.key).map(|(_, is, _)| format!(" If absent: {is}."));
     let default = defaults.get(param.key).map(|default| match *default {
         ParamValue::Number(number) => whole(number).map_or(number.into(), Value::from),
         ParamValue::Word(word) => word.into(),

@@ -11,9 +11,9 @@ use std::slice;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize, Serializer};
-use standoff::Agent;
 use standoff::safety::geofence::ZONE_ALTITUDE_MAX_M;
 use standoff::validation::Allowed;
+use standoff::{Agent, UavId};
 use standoff_score::BUILDING_HEIGHT_MAX_M;
 
 use super::number::{Number, as_typed, lists_as_typed};
@@ -218,6 +218,7 @@ tables! {
     }
 
     /// `[radio]`: how messages are transmitted between UAVs. With the defaults, no message is lost, late or duplicated.
+    /// Cues come from outside the team: they are lost, late and duplicated like messages, but their range is unlimited.
     table Radio numbers {
         /// Probability that a received message is received twice, 0 to 1.
         duplication = 0.0, PROBABILITY;
@@ -577,6 +578,11 @@ tables! {
         /// Frames per second, 1 to 1,000, of a data set whose times are numbers of frames. If absent: 25.
         frame_rate_hz: Allowed::at_least(1.0).at_most(1_000.0);
     }
+}
+
+/// Returns the UAV with a checked number.
+pub(crate) fn uav_of(number: f64) -> UavId {
+    UavId(number as u32)
 }
 
 impl ScenarioFile {

@@ -7,7 +7,7 @@ use standoff::guidance::standoff_distance::Spread;
 use standoff::{Angle, Displacement, Position, TeamParams, UavId, UavState, Vertical};
 
 use super::resolved::{Intruder, Targets};
-use super::schema_types::{self, Ring, UavAt, Uavs};
+use super::schema_types::{self, Ring, UavAt, Uavs, uav_of};
 
 /// Returns the initial states of the UAVs; replaces the ring, or nothing, by `[[uavs.start]]`.
 pub(super) fn states(uavs: &mut Uavs, team: &TeamParams, targets: &Targets) -> Vec<UavState> {
@@ -39,7 +39,7 @@ pub(super) fn states(uavs: &mut Uavs, team: &TeamParams, targets: &Targets) -> V
 /// Returns the intruders with their initial states; adds the starts that the user did not specify to the tables.
 pub(super) fn intruders(typed: &mut [schema_types::Intruder], uavs: &[UavState], team: &TeamParams) -> Vec<Intruder> {
     let intruder = |intruder: &mut schema_types::Intruder| {
-        let pursued_uav = intruder.pursued_uav.map(|uav| UavId(uav as u32));
+        let pursued_uav = intruder.pursued_uav.map(uav_of);
         let pursued = pursued_uav.and_then(|uav| uavs.get(uav.0 as usize));
         let from = pursued.map_or(Position::ORIGIN, |uav| uav.position);
         let distance_m = intruder.distance_m.take().unwrap_or(INTRUDER_FROM_M);

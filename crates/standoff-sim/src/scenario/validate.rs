@@ -13,7 +13,7 @@ use super::locate::Map;
 use super::number::Number;
 use super::parameters::number;
 use super::parse::{MISTAKES_MAX, value_at, with_value};
-use super::schema_types::{AgentSetup, Dynamics, Intruder, Labels, Link, Radio, ScenarioFile};
+use super::schema_types::{AgentSetup, Dynamics, Intruder, Labels, Link, Radio, ScenarioFile, Targets, Uavs};
 use super::traffic::NAME_MAX;
 use crate::traffic::MAX_AT_ONCE;
 
@@ -71,75 +71,90 @@ pub(super) fn check_objects(file: &ScenarioFile, problems: &mut Problems) {
         problems.add("basemap", format!("must be at most {MAPS_MAX} files, not {}", file.basemap.len()), None);
     }
     if let Some(name) = file.basemap.iter().find(|name| name.is_empty() || name.len() > NAME_MAX) {
-        problems.add(
-            "basemap",
-            format!("{}: must be names of files, at most {NAME_MAX} bytes each", quoted(name)),
-            None,
-        );
+        let what = format!("{}: must be names of files, at most {NAME_MAX} bytes each", quoted(name));
+        problems.add("basemap", what, None);
     }
-    let count = file.uavs.count;
+    check_uavs(file, problems);
+    let last = (file.uavs.count - 1.0).max(0.0);
+    let uav_range = Allowed::at_least(0.0).at_most(last).with_reason("one of the UAVs, counted from 0");
+    check_faults(&file.uavs, uav_range, problems);
+    if let Some(radio) = &file.radio {
+        check_radio(radio, uav_range, problems);
+    }
+    check_intruders(&file.intruders, uav_range, problems);
+    match &file.targets {
+        Some(targets) => check_targets(targets, problems),
+        None if file.traffic.is_none() => problems.add("targets", NO_TARGETS, None),
+        None => {}
+    }
+}
+
+const NO_TARGETS: &str = "no targets; give [targets.random], [[targets.start]] or [traffic]";
+
+fn check_uavs(file: &ScenarioFile, problems: &mut Problems) {
+    let (uavs, count) = (&file.uavs, file.uavs.count);
     let allowed = if file.team.agents == AgentSetup::PerUav {
         Allowed::at_least(1.0).at_most(AGENTS_MAX).with_reason("the maximum of UAVs with an agent each")
     } else {
         Allowed::at_least(1.0).at_most(UAVS_MAX)
     };
     problems.check_whole("uavs.count", count, allowed);
-    let listed = file.uavs.start.len() as f64;
+    let listed = uavs.start.len() as f64;
     if listed > 0.0 {
         problems.check("uavs.count", count, Allowed::exactly(listed).with_reason("as many as [[uavs.start]]"));
-        if file.uavs.start_ring.is_some() {
+        if uavs.start_ring.is_some() {
             problems.add("uavs.start_ring", "[uavs.start_ring] and [[uavs.start]] exclude each other; keep one", None);
         }
     }
-    if file.uavs.dynamics == Dynamics::Kinematic && file.uavs.bank.is_some() {
+    if uavs.dynamics == Dynamics::Kinematic && uavs.bank.is_some() {
         let what = "describes a banking aircraft; set uavs.dynamics = \"bank\", or leave out the table";
         problems.add("uavs.bank", what, None);
     }
-    let uav_range =
-        Allowed::at_least(0.0).at_most((count - 1.0).max(0.0)).with_reason("one of the UAVs, counted from 0");
-    problems.check_many("uavs.outage", file.uavs.outage.len(), LISTED_MAX);
-    for (index, outage) in file.uavs.outage.iter().enumerate() {
-        let table = format!("uavs.outage.{index}");
+}
+
+/// Returns the tables of an array with their keys; reports too many of them.
+fn listed<'a, T>(key: &str, tables: &'a [T], problems: &mut Problems) -> Vec<(String, &'a T)> {
+    problems.check_many(key, tables.len(), LISTED_MAX);
+    let with_key = |(index, table): (usize, &'a T)| (format!("{key}.{index}"), table);
+    tables.iter().take(LISTED_MAX).enumerate().map(with_key).collect()
+}
+
+/// Checks outages, restarts and clocks; `uav_range` are the valid UAVs.
+fn check_faults(uavs: &Uavs, uav_range: Allowed, problems: &mut Problems) {
+    for (table, outage) in listed("uavs.outage", &uavs.outage, problems) {
         problems.check_whole(&format!("{table}.uav"), outage.uav, uav_range);
         problems.check_until(&table, outage.from_s, outage.until_s);
     }
-    problems.check_many("uavs.restart", file.uavs.restart.len(), LISTED_MAX);
-    for (index, restart) in file.uavs.restart.iter().enumerate() {
-        problems.check_whole(&format!("uavs.restart.{index}.uav"), restart.uav, uav_range);
+    for (table, restart) in listed("uavs.restart", &uavs.restart, problems) {
+        problems.check_whole(&format!("{table}.uav"), restart.uav, uav_range);
     }
-    problems.check_many("uavs.clock", file.uavs.clock.len(), LISTED_MAX);
-    for (index, clock) in file.uavs.clock.iter().take(LISTED_MAX).enumerate() {
-        let key = format!("uavs.clock.{index}.uav");
+    for (index, (table, clock)) in listed("uavs.clock", &uavs.clock, problems).into_iter().enumerate() {
+        let key = format!("{table}.uav");
         problems.check_whole(&key, clock.uav, uav_range);
-        if file.uavs.clock[..index].iter().any(|other| is_same(other.uav, clock.uav)) {
+        if uavs.clock[..index].iter().any(|other| is_same(other.uav, clock.uav)) {
             problems.add(key, "already has a clock; at most one per UAV", Some(clock.uav.into()));
         }
     }
-    if let Some(radio) = &file.radio {
-        check_radio(radio, uav_range, problems);
+}
+
+fn check_targets(targets: &Targets, problems: &mut Problems) {
+    let at = targets.start.len();
+    if targets.random.is_none() && at == 0 {
+        problems.add("targets", NO_TARGETS, None);
     }
-    check_intruders(&file.intruders, uav_range, problems);
-    let at = file.targets.as_ref().map_or(0, |targets| targets.start.len());
-    let scatter = file.targets.as_ref().and_then(|targets| targets.random.as_ref());
-    if file.traffic.is_none() && scatter.is_none() && at == 0 {
-        problems.add("targets", "no targets; give [targets.random], [[targets.start]] or [traffic]", None);
-    }
-    let Some(targets) = &file.targets else { return };
     problems.check_many("targets.start", at, MAX_AT_ONCE);
-    problems.check_many("targets.manoeuvre", targets.manoeuvre.len(), LISTED_MAX);
-    let scattered = scatter.map_or(0.0, |scatter| scatter.count);
-    let last = (at as f64 + scattered - 1.0).max(0.0);
+    let random = targets.random.as_ref().map_or(0.0, |random| random.count);
+    let last = (at as f64 + random - 1.0).max(0.0);
     let target_range = Allowed::at_least(0.0).at_most(last).with_reason("one of the targets, counted from 0");
-    for (index, manoeuvre) in targets.manoeuvre.iter().enumerate() {
-        let table = format!("targets.manoeuvre.{index}");
+    for (table, manoeuvre) in listed("targets.manoeuvre", &targets.manoeuvre, problems) {
         problems.check_whole(&format!("{table}.target"), manoeuvre.target, target_range);
         problems.check_until(&table, manoeuvre.from_s, manoeuvre.until_s);
     }
-    if scatter.is_some() {
+    if targets.random.is_some() {
         let most = MAX_AT_ONCE.saturating_sub(at).max(1) as f64;
         let count =
             Allowed::at_least(1.0).at_most(most).with_reason("the maximum of targets, less those of [[targets.start]]");
-        problems.check_whole("targets.random.count", scattered, count);
+        problems.check_whole("targets.random.count", random, count);
     }
 }
 
@@ -150,48 +165,45 @@ fn check_intruders(intruders: &[Intruder], uav_range: Allowed, problems: &mut Pr
     }
     for (index, intruder) in intruders.iter().take(INTRUDERS_MAX).enumerate() {
         let table = format!("intruders.{index}");
-        let Intruder { pursued_uav, turn_rate_deg_s, x_m, y_m, distance_m, bearing_deg, .. } = intruder;
-        let (from_uav, in_plane) = (distance_m.or(*bearing_deg), x_m.or(*y_m));
-        let half = match (x_m, y_m) {
-            (Some(_), None) => Some(("x_m", "y_m")),
-            (None, Some(_)) => Some(("y_m", "x_m")),
-            _ => None,
-        };
-        if let Some(uav) = *pursued_uav {
+        if let Some(uav) = intruder.pursued_uav {
             problems.check_whole(&format!("{table}.pursued_uav"), uav, uav_range);
+            if intruder.turn_rate_deg_s.is_some() {
+                let what = "an intruder with a `pursued_uav` turns towards that UAV; keep one";
+                problems.add(format!("{table}.turn_rate_deg_s"), what, None);
+            }
         }
-        if turn_rate_deg_s.is_some() && pursued_uav.is_some() {
-            problems.add(
-                format!("{table}.turn_rate_deg_s"),
-                "an intruder with a `pursued_uav` turns towards that UAV; keep one",
-                None,
-            );
+        check_start(&table, intruder, problems);
+        for (silence_table, silence) in listed(&format!("{table}.transponder_off"), &intruder.transponder_off, problems)
+        {
+            problems.check_until(&silence_table, silence.from_s, silence.until_s);
         }
-        if in_plane.is_some() && from_uav.is_some() {
-            problems.add(table.clone(), "has both `x_m`, `y_m` and a start relative to a UAV; keep one", None);
-        } else if let Some((given, missing)) = half {
-            problems.add(format!("{table}.{given}"), format!("incomplete start; give `{missing}` as well"), None);
-        } else if in_plane.or(from_uav).or(*pursued_uav).is_none() {
-            problems.add(table.clone(), "has no start; give `x_m` and `y_m`, or `pursued_uav`", None);
-        } else if from_uav.is_some() && pursued_uav.is_none() {
-            problems.add(
-                table.clone(),
-                "`distance_m` and `bearing_deg` are relative to the pursued UAV; give `pursued_uav`",
-                None,
-            );
-        }
-        problems.check_many(&format!("{table}.transponder_off"), intruder.transponder_off.len(), LISTED_MAX);
-        for (place, silence) in intruder.transponder_off.iter().take(LISTED_MAX).enumerate() {
-            problems.check_until(&format!("{table}.transponder_off.{place}"), silence.from_s, silence.until_s);
-        }
+    }
+}
+
+/// Checks that an intruder has one start.
+fn check_start(table: &str, intruder: &Intruder, problems: &mut Problems) {
+    let Intruder { pursued_uav, x_m, y_m, distance_m, bearing_deg, .. } = intruder;
+    let (from_uav, in_plane) = (distance_m.or(*bearing_deg), x_m.or(*y_m));
+    let half = match (x_m, y_m) {
+        (Some(_), None) => Some(("x_m", "y_m")),
+        (None, Some(_)) => Some(("y_m", "x_m")),
+        _ => None,
+    };
+    if in_plane.is_some() && from_uav.is_some() {
+        problems.add(table, "has both `x_m`, `y_m` and a start relative to a UAV; keep one", None);
+    } else if let Some((given, missing)) = half {
+        problems.add(format!("{table}.{given}"), format!("incomplete start; give `{missing}` as well"), None);
+    } else if in_plane.or(from_uav).or(*pursued_uav).is_none() {
+        problems.add(table, "has no start; give `x_m` and `y_m`, or `pursued_uav`", None);
+    } else if from_uav.is_some() && pursued_uav.is_none() {
+        let what = "`distance_m` and `bearing_deg` are relative to the pursued UAV; give `pursued_uav`";
+        problems.add(table, what, None);
     }
 }
 
 /// Checks links and partitions; `uav_range` are the valid UAVs.
 fn check_radio(radio: &Radio, uav_range: Allowed, problems: &mut Problems) {
-    problems.check_many("radio.link", radio.link.len(), LISTED_MAX);
-    for (index, link) in radio.link.iter().take(LISTED_MAX).enumerate() {
-        let table = format!("radio.link.{index}");
+    for (index, (table, link)) in listed("radio.link", &radio.link, problems).into_iter().enumerate() {
         problems.check_whole(&format!("{table}.from"), link.from, uav_range);
         problems.check_whole(&format!("{table}.to"), link.to, uav_range);
         if is_same(link.from, link.to) {
@@ -202,9 +214,7 @@ fn check_radio(radio: &Radio, uav_range: Allowed, problems: &mut Problems) {
             problems.add(table, "is the second link between the same two UAVs; keep one", None);
         }
     }
-    problems.check_many("radio.partition", radio.partition.len(), LISTED_MAX);
-    for (index, partition) in radio.partition.iter().enumerate() {
-        let table = format!("radio.partition.{index}");
+    for (table, partition) in listed("radio.partition", &radio.partition, problems) {
         problems.check_until(&table, partition.from_s, partition.until_s);
         if partition.sides.is_empty() {
             problems.add(format!("{table}.sides"), "must be lists of UAVs, like [[0, 1], [2, 3]]", None);
