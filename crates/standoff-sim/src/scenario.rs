@@ -8,6 +8,7 @@ mod basemap;
 mod buildings;
 mod builtin;
 mod diagnostics;
+mod dotted;
 mod earth;
 mod error;
 mod geofence;
@@ -108,7 +109,7 @@ impl ScenarioTemplate {
             return Self::with_traffic(typed, None);
         }
         // `of_text` may have replaced the files of the text.
-        if let Some(files) = parse::value_at(&self.typed.table, "traffic.file") {
+        if let Some(files) = dotted::value_at(&self.typed.table, "traffic.file") {
             typed.set("traffic.file", files.clone())?;
         }
         Self::with_traffic(typed, self.traffic.as_ref())

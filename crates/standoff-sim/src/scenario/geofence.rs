@@ -15,12 +15,12 @@ use standoff_io::display_text::quoted;
 use toml::Value;
 
 use super::diagnostics::Problems;
+use super::dotted::value_at;
 use super::earth::Earth;
 use super::error::ScenarioError;
 use super::load::Typed;
 use super::locate::Map;
 use super::number::Number;
-use super::parse::value_at;
 use super::polygons::{Rings, check_metres};
 use super::resolved::Settings;
 use super::schema_types::{self, Uavs, ZONE_ALTITUDE_M, ZoneKind};
@@ -1156,6 +1156,7 @@ mod tests {
             ("{\"altitude_max_m\": -5}", "", "polygon 0: altitude_max_m = -5 must be between 0 and 100000"),
             (both, "altitude_min_m = 121", "polygon 0: altitude_min_m = 121 is above altitude_max_m = 120.5"),
             (both, "altitude_min_m = { uniform = [1, 2] }", "altitude_min_m must be a finite number, not"),
+            (both, "altitude_max_m = nan", "altitude_max_m must be a finite number, not"),
         ] {
             let error: String = of_file(properties, table).unwrap_err();
             assert!(

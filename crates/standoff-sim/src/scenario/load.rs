@@ -9,38 +9,22 @@ use serde::Deserialize;
 use standoff::Law;
 use standoff_io::bounded_input;
 use standoff_io::display_text::{did_you_mean, escaped, printable, quoted, shell_path};
-use standoff_record::SCENARIO_MAX;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 use toml::{Spanned, Table, Value};
 
 use super::builtin::{BUILT_IN, built_in, built_in_like};
 use super::diagnostics::Problems;
+use super::dotted::{set, take_out, value_at};
 use super::error::{Excerpt, Problem, ScenarioError};
 use super::locate::{Map, line_around, position_of};
 use super::parameters::law_of;
-use super::parse::{Form, MISTAKES_MAX, Mistake, take_out, value_at};
+use super::parse::{Form, MISTAKES_MAX, Mistake};
 use super::sample;
 use super::schema::root;
 use super::schema_types::{Dynamics, ScenarioFile};
-use super::text::text;
+use super::text::{LENGTH_MAX, SPELT_OUT, check_size, text};
 use crate::random::Draws;
 use crate::traffic::STANDARD_INPUT;
-
-/// Maximum size of a scenario file, bytes. 5,000 targets, one table each, take 1 MiB.
-const LENGTH_MAX: u64 = SCENARIO_MAX / SPELT_OUT;
-
-/// Maximum number of line ends and punctuation characters in a text: parsing can take 500 bytes of memory for each.
-/// 5,000 targets, one table each, have 180,000.
-const SIGNS_MAX: u64 = 200_000;
-
-/// Factor on the size limit for a text written by this program, which contains all values.
-pub(super) const SPELT_OUT: u64 = 2;
-
-/// Maximum number of these characters in such a text. The maximum numbers of targets and UAVs have 700,000.
-const SPELT_OUT_SIGNS_MAX: u64 = 800_000;
-
-/// Maximum depth of a key: that of a number's distribution in an array.
-const DEPTH_MAX: usize = 6;
 
 /// Maximum number of traffic files that the description of a scenario names.
 const NAMED: usize = 3;
@@ -346,30 +330,6 @@ pub(super) fn related(one: &str, other: &str) -> bool {
     one == other || within(one, other) || within(other, one)
 }
 
-/// Rejects a text that would take too much memory to read: `times` is 1 for a typed scenario, or [`SPELT_OUT`].
-pub(super) fn check_size(label: &str, text: &str, times: u64) -> Result<(), ScenarioError> {
-    let signs: u64 = text.bytes().map(signs_of).sum();
-    let signs_max = if times == SPELT_OUT { SPELT_OUT_SIGNS_MAX } else { SIGNS_MAX };
-    let length_max = times * LENGTH_MAX;
-    if signs <= signs_max && text.len() as u64 <= length_max {
-        return Ok(());
-    }
-    let what = format!(
-        "it has more than {length_max} bytes, or more than {signs_max} line ends and punctuation characters; put targets \
-         into a traffic file, see [traffic]"
-    );
-    Err(ScenarioError::one(label, None, what))
-}
-
-/// Cost of a byte: a dot can start a new table.
-fn signs_of(byte: u8) -> u64 {
-    match byte {
-        b'_' | b'-' => 0,
-        b'.' => 3,
-        _ => (byte.is_ascii_control() || byte.is_ascii_punctuation()).into(),
-    }
-}
-
 fn on_command_line(message: String, text: &Arc<str>) -> Problem {
     let excerpt = Some(Excerpt { text: Arc::clone(text), span: 0..text.len() });
     Problem { file: "command line".to_owned(), place: None, excerpt, message, help: None }
@@ -503,23 +463,6 @@ fn value_of(text: &str) -> Value {
     let parsed = toml::from_str::<Table>(&format!("value = {text}"));
     let value = parsed.ok().and_then(|mut table| table.remove("value"));
     value.unwrap_or_else(|| Value::String(text.to_owned()))
-}
-
-fn set(table: &mut Table, key: &str, value: Value) -> Result<(), String> {
-    let refuse = |what: &str| Err(format!("{}: {what}", printable(key)));
-    let mut parts: Vec<_> = key.split('.').collect();
-    if parts.len() > DEPTH_MAX {
-        return refuse("is nested too deeply");
-    }
-    let Some(last) = parts.pop().filter(|last| !last.is_empty()) else { return refuse("is not a key") };
-    let mut here = table;
-    for part in parts {
-        let next = here.entry(part).or_insert_with(|| Value::Table(Table::new()));
-        let Value::Table(next) = next else { return refuse("goes through something that is not a table") };
-        here = next;
-    }
-    here.insert(last.to_owned(), value);
-    Ok(())
 }
 
 fn file_name(path: &Path) -> String {

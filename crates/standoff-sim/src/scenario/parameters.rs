@@ -1,19 +1,15 @@
 //! Values of the library's parameters in a scenario: their keys, defaults and ranges are those of [`TeamParams::table`].
 
-use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
 use standoff::params::ParamKind;
 use standoff::{BankParams, ClimbParams, Law, ParamInfo, ParamValue, SeparationParams, TeamParams, WindParams};
 use toml::{Table, Value};
 
+use super::dotted::{take_out, value_at};
 use super::number::whole;
-use super::parse::{take_out, value_at};
-use super::schema_types::ScenarioFile;
+use super::schema_types::{Parameters, ScenarioFile};
 use crate::wind::shear_factor;
-
-/// Values by key, in the units of the keys. Those of absent parts have no effect.
-pub(super) type Parameters = BTreeMap<&'static str, ParamValue>;
 
 /// A key whose default depends on other values: the key, what the default is, and its value in a drawn scenario.
 type Derived = (&'static str, &'static str, fn(&ScenarioFile) -> f64);

@@ -5,6 +5,7 @@
 use standoff_io::display_text::{did_you_mean, nearest, printable, quoted};
 use toml::{Table, Value};
 
+use super::dotted::value_in;
 use super::number::Number;
 use super::schema::{Node, root};
 
@@ -139,34 +140,5 @@ pub(super) fn with_value(key: &str, value: Option<&Value>) -> String {
         Some(Value::String(text)) => format!("{key} = {}", quoted(text)),
         Some(value) if !value.is_table() && !value.is_array() => format!("{key} = {value}"),
         _ => key,
-    }
-}
-
-/// Returns the value of a dotted key.
-pub(super) fn value_at<'a>(table: &'a Table, key: &str) -> Option<&'a Value> {
-    let (first, rest) = key.split_once('.').unwrap_or((key, ""));
-    value_in(table.get(first)?, rest)
-}
-
-/// Returns the part of a value at a dotted key in it.
-fn value_in<'a>(value: &'a Value, key: &str) -> Option<&'a Value> {
-    key.split('.').filter(|part| !part.is_empty()).try_fold(value, |here, part| match here {
-        Value::Array(values) => values.get(part.parse::<usize>().ok()?),
-        here => here.get(part),
-    })
-}
-
-/// Returns the value of a dotted key of tables.
-pub(super) fn value_at_mut<'a>(table: &'a mut Table, key: &str) -> Option<&'a mut Value> {
-    let mut parts = key.split('.');
-    let first = table.get_mut(parts.next()?)?;
-    parts.try_fold(first, |here, part| here.get_mut(part))
-}
-
-/// Removes the value of a dotted key of tables.
-pub(super) fn take_out(table: &mut Table, key: &str) -> Option<Value> {
-    match key.rsplit_once('.') {
-        Some((parent, last)) => value_at_mut(table, parent)?.as_table_mut()?.remove(last),
-        None => table.remove(key),
     }
 }

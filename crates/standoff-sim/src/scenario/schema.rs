@@ -11,8 +11,8 @@ use standoff::params::ParamKind;
 use standoff::{Law, ParamInfo, ParamValue};
 
 use super::number::whole;
-use super::parameters::{DERIVED, Parameters, declared, defaults, split, tables};
-use super::schema_types::{KeyRange, RANGES, ScenarioFile};
+use super::parameters::{DERIVED, declared, defaults, split, tables};
+use super::schema_types::{KeyRange, Parameters, RANGES, ScenarioFile};
 
 /// Returns the JSON schema (draft 7, which TOML editors support) of a scenario file.
 pub fn schema() -> Value {

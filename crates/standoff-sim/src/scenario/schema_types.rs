@@ -6,6 +6,7 @@
 //! to none. Any other key is an error.
 
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::slice;
 
@@ -13,11 +14,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize, Serializer};
 use standoff::safety::geofence::ZONE_ALTITUDE_MAX_M;
 use standoff::validation::Allowed;
-use standoff::{Agent, UavId};
+use standoff::{Agent, ParamValue, UavId};
 use standoff_score::BUILDING_HEIGHT_MAX_M;
 
 use super::number::{Number, as_typed, lists_as_typed};
-use super::parameters::Parameters;
 use crate::traffic::{Coordinates, Persons};
 
 /// Range of the numbers at a key.
@@ -87,6 +87,9 @@ const ABSENT: f64 = f64::NAN;
 fn is_absent(number: &f64) -> bool {
     number.is_nan()
 }
+
+/// Values of the library's parameters by key, in the units of the keys. Those of absent parts have no effect.
+pub(super) type Parameters = BTreeMap<&'static str, ParamValue>;
 
 /// Floor or ceiling of a zone, m.
 pub(super) const ZONE_ALTITUDE_M: Allowed = Allowed::at_least(0.0).at_most(ZONE_ALTITUDE_MAX_M);

@@ -6,10 +6,10 @@ use std::sync::Arc;
 use standoff_io::display_text::{count, quoted};
 
 use super::builtin::BUILT_IN_TRAFFIC;
+use super::dotted::value_at;
 use super::error::ScenarioError;
 use super::load::{Typed, related, stem};
 use super::locate::Map;
-use super::parse::value_at;
 use super::resolved::Settings;
 use crate::traffic::{self, DAY_US, Joined, STANDARD_INPUT, Traffic, is_rollover};
 

@@ -7,12 +7,13 @@ use standoff_io::display_text::quoted;
 
 use super::basemap::MAPS_MAX;
 use super::diagnostics::{Found, Problems};
+use super::dotted::value_at;
 use super::error::{Problem, ScenarioError};
 use super::load::{Typed, related};
 use super::locate::Map;
 use super::number::Number;
 use super::parameters::number;
-use super::parse::{MISTAKES_MAX, value_at, with_value};
+use super::parse::{MISTAKES_MAX, with_value};
 use super::schema_types::{AgentSetup, Dynamics, Intruder, Labels, Link, Radio, ScenarioFile, Targets, Uavs};
 use super::traffic::NAME_MAX;
 use crate::traffic::MAX_AT_ONCE;
