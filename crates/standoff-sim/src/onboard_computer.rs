@@ -2,7 +2,7 @@
 
 use standoff::{Time, UavId};
 
-use crate::scenario::{Clock, Restart, Scenario};
+use crate::scenario::{Clock, Restart, Scenario, uav_of};
 
 /// The computer that runs the agent of a UAV.
 pub(crate) struct OnboardComputer {
@@ -18,8 +18,8 @@ impl OnboardComputer {
     pub(crate) fn new(uav: UavId, scenario: &Scenario) -> Self {
         Self {
             starts_s: scenario.starts_s.get(uav.0 as usize).copied().unwrap_or_default(),
-            restarts: scenario.restarts.iter().filter(|restart| restart.uav == uav).copied().collect(),
-            clock: scenario.clocks.iter().find(|clock| clock.uav == uav).copied(),
+            restarts: scenario.restarts.iter().filter(|restart| uav_of(restart.uav) == uav).cloned().collect(),
+            clock: scenario.clocks.iter().find(|clock| uav_of(clock.uav) == uav).cloned(),
             restart_count: 0,
         }
     }

@@ -23,7 +23,7 @@ use std::sync::Arc;
 use standoff::{Message, Position, Time, UavId};
 
 use crate::random::{Draws, Stream};
-use crate::scenario::{self, Link, Scenario};
+use crate::scenario::{self, Scenario, uav_of};
 
 /// Messages that a UAV has sent.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -268,11 +268,9 @@ impl FaultyRadio {
         let draws = self.draws;
         let object = u64::from(sender.0) << 48 | u64::from(to.0) << 32 | u64::from(sent_message.key.number);
         let draw = |stream| draws.at(stream, object, sent_message.key.tick as u64);
-        let link = self.radio.links.iter().find(|link| (link.from, link.to) == (sender, to));
-        let (loss, delay_s) = link.map_or(
-            (self.radio.packet_loss, self.radio.latency_s),
-            |Link { packet_loss: loss, latency_s: delay_s, .. }| (*loss, *delay_s),
-        );
+        let link = self.radio.link.iter().find(|link| (uav_of(link.from), uav_of(link.to)) == (sender, to));
+        let loss = link.and_then(|link| link.packet_loss).or(self.radio.packet_loss).unwrap_or_default();
+        let delay_s = link.and_then(|link| link.latency_s).or(self.radio.latency_s).unwrap_or_default();
         let mut lost = draw(Stream::RadioLoss);
         if !is_perfect && loss.draw(&mut lost) > lost.uniform() {
             return;
@@ -293,8 +291,9 @@ impl FaultyRadio {
 
     /// Returns whether a partition separates two UAVs: they are on different sides, or one of them is on no side.
     fn is_partitioned(&self, now: Time, from: UavId, to: UavId) -> bool {
-        self.radio.partitions.iter().any(|partition| {
-            let together = || partition.sides.iter().any(|side| side.contains(&from) && side.contains(&to));
+        self.radio.partition.iter().any(|partition| {
+            let has = |side: &[f64], uav: UavId| side.iter().any(|number| uav_of(*number) == uav);
+            let together = || partition.sides.iter().any(|side| has(side, from) && has(side, to));
             (partition.from_s..partition.until_s).contains(&now.s()) && !together()
         })
     }

@@ -23,7 +23,7 @@ use crate::navigation::NavigationError;
 use crate::onboard_computer::OnboardComputer;
 use crate::radio::{Radio, RadioNode, SentCounts};
 use crate::random::Draws;
-use crate::scenario::{Outage, Scenario, Settings};
+use crate::scenario::{Outage, Scenario, Settings, uav_of};
 use crate::sensors::{self, Detections, SensorScan};
 use crate::truth_rows;
 use crate::wind::{AirMotion, height_m};
@@ -326,7 +326,7 @@ impl<B: Controller> Mission<B> {
         // In pairs, whose boresights are computed as a batch (SIMD); a single last UAV is paired with itself.
         for pair in self.uavs.chunks_mut(2) {
             for uav in &mut *pair {
-                let mut own = self.outages.iter().filter(|outage| outage.uav == uav.id);
+                let mut own = self.outages.iter().filter(|outage| uav_of(outage.uav) == uav.id);
                 uav.is_off = !uav.computer.is_on(now);
                 uav.is_out = uav.is_off || own.any(|outage| (outage.from_s..outage.until_s).contains(&now.s()));
             }

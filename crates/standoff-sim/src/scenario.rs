@@ -8,6 +8,7 @@ mod basemap;
 mod buildings;
 mod builtin;
 mod diagnostics;
+mod dotted;
 mod earth;
 mod error;
 mod geofence;
@@ -25,6 +26,7 @@ pub mod schema_types;
 mod start;
 #[cfg(test)]
 mod tests;
+mod text;
 mod traffic;
 mod validate;
 mod warnings;
@@ -39,11 +41,10 @@ pub use load::{Overrides, name_of};
 pub use locate::SourcePosition;
 pub use number::{Distribution, Number};
 pub use parse::MISTAKES_MAX;
-pub use resolved::{
-    Clock, Intruder, Link, Manoeuvre, Outage, Partition, Radio, Restart, Scenario, SensorModel, Settings, Targets,
-};
+pub use resolved::{Intruder, Scenario, SensorModel, Settings, Targets};
 pub use schema::schema;
-pub use schema_types::AgentSetup;
+pub(crate) use schema_types::uav_of;
+pub use schema_types::{AgentSetup, Clock, Link, Manoeuvre, Outage, Partition, Radio, Restart};
 
 use crate::traffic::Traffic;
 
@@ -55,7 +56,7 @@ impl Scenario {
 
     /// Returns the scenario as text with every value spelt out; loading this text gives the same run.
     pub fn resolved(&self) -> Result<String, ScenarioError> {
-        resolve::text(&self.name, &self.file, &self.file.parameters)
+        text::text(&self.name, &self.file, None)
     }
 }
 
@@ -87,8 +88,9 @@ impl ScenarioTemplate {
     /// path relative to the current folder. Any `traffic` replaces the files.
     pub fn of_text(name: &str, text: &str, traffic: &[PathBuf]) -> Result<Self, ScenarioError> {
         let mut typed = load::Typed::of_text(name, text)?;
-        if let (Some(table), [_, ..]) = (&mut typed.file.traffic, traffic) {
-            table.file.0 = traffic.iter().map(|file| file.to_string_lossy().into_owned()).collect();
+        if typed.file.traffic.is_some() && !traffic.is_empty() {
+            let files = traffic.iter().map(|file| file.to_string_lossy().into_owned()).collect::<Vec<_>>();
+            typed.set("traffic.file", files.into())?;
         }
         Self::with_traffic(typed, None)
     }
@@ -107,7 +109,9 @@ impl ScenarioTemplate {
             return Self::with_traffic(typed, None);
         }
         // `of_text` may have replaced the files of the text.
-        typed.file.traffic.clone_from(&self.typed.file.traffic);
+        if let Some(files) = dotted::value_at(&self.typed.table, "traffic.file") {
+            typed.set("traffic.file", files.clone())?;
+        }
         Self::with_traffic(typed, self.traffic.as_ref())
     }
 
@@ -148,7 +152,7 @@ impl ScenarioTemplate {
     /// Returns the scenario before anything is drawn, as TOML in a unique spelling: with the changes of the command
     /// line and with defaults. It contains only the name of a traffic file: see [`Self::traffic_crc32`].
     pub fn text(&self) -> Result<String, ScenarioError> {
-        resolve::text(&self.typed.origin.label, &self.typed.file, &self.typed.file.parameters)
+        self.typed.text()
     }
 
     /// Paths of the traffic files that are not built in.
@@ -187,6 +191,6 @@ impl Scenario {
     ///
     /// If the text is not a scenario.
     pub fn about_of_record(label: &str, resolved: &str) -> Result<String, ScenarioError> {
-        Ok(load::Typed::of_text(label, resolved)?.file.about.clone())
+        Ok(load::Typed::of_text(label, resolved)?.file.about)
     }
 }

@@ -64,7 +64,7 @@ impl World {
             Kind::Random(random) => {
                 truth.extend(random.states.iter().zip(0..).map(|(state, id)| {
                     let target = TargetId(id);
-                    let own = random.manoeuvres.iter().filter(|manoeuvre| manoeuvre.target == target);
+                    let own = random.manoeuvres.iter().filter(|manoeuvre| TargetId(manoeuvre.target as u32) == target);
                     let state = own.fold(*state, |state, manoeuvre| manoeuvred(&state, manoeuvre, now.s()));
                     Truth { target, state, has_known_acceleration: true }
                 }));
@@ -133,7 +133,7 @@ fn shaped(factor: &Matrix3<f64>, [a, b, c]: [f64; 3]) -> [f64; 3] {
 
 /// Adds a manoeuvre to a state of the random motion: the integral of its acceleration up to `now_s`.
 fn manoeuvred(state: &TargetState, manoeuvre: &Manoeuvre, now_s: f64) -> TargetState {
-    let Manoeuvre { from_s, until_s, acceleration_m_s2: [ax, ay], .. } = *manoeuvre;
+    let Manoeuvre { from_s, until_s, ax_m_s2: ax, ay_m_s2: ay, .. } = *manoeuvre;
     let lasted_s = (now_s.min(until_s) - from_s).max(0.0);
     let coasted_s = (now_s - until_s).max(0.0);
     let moved_s2 = lasted_s * (0.5 * lasted_s + coasted_s);
@@ -159,7 +159,7 @@ mod tests {
     /// 2 m/s2 for 3 s give 9 m and 6 m/s at the end, and 33 m four seconds later.
     #[test]
     fn a_manoeuvre_adds_its_acceleration_while_it_lasts() {
-        let manoeuvre = Manoeuvre { target: TargetId(0), from_s: 10.0, until_s: 13.0, acceleration_m_s2: [2.0, -2.0] };
+        let manoeuvre = Manoeuvre { target: 0.0, from_s: 10.0, until_s: 13.0, ax_m_s2: 2.0, ay_m_s2: -2.0 };
         let at = |now_s| -> [f64; 6] { manoeuvred(&TargetState::default(), &manoeuvre, now_s).0.into() };
         assert_eq!(at(10.0), [0.0, 0.0, 2.0, 0.0, 0.0, -2.0]);
         assert_eq!(at(13.0), [9.0, 6.0, 0.0, -9.0, -6.0, 0.0]);

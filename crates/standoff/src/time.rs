@@ -89,7 +89,7 @@ impl Duration {
     }
 
     /// Seconds.
-    pub fn s(self) -> f64 {
+    pub const fn s(self) -> f64 {
         self.0 as f64 / 1e6
     }
 }

@@ -16,7 +16,7 @@ use super::diagnostics::Problems;
 use super::error::{Problem, ScenarioError};
 use super::load::Typed;
 use super::locate::{Map, SourcePosition};
-use super::schema_types::resolved;
+use super::schema_types::World;
 use super::traffic::NAME_MAX;
 
 /// Key of the buildings in a scenario.
@@ -31,8 +31,8 @@ static BUILDINGS: Expectation = Expectation {
 
 /// Replaces the name of the file by its buildings. The scenario, and so its record, then contains the buildings.
 pub(super) fn spell_out(typed: &mut Typed, origin: Option<Origin>) -> Result<(), ScenarioError> {
-    let Some(world) = typed.file.world.as_mut().filter(|world| !world.buildings.is_empty()) else { return Ok(()) };
-    let name = std::mem::take(&mut world.buildings);
+    let Some(world) = typed.file.world.as_ref().filter(|world| !world.buildings.is_empty()) else { return Ok(()) };
+    let (name, mut outlines) = (world.buildings.clone(), world.building_outlines_cm.clone());
     let key = "world.buildings";
     if name.len() > NAME_MAX {
         let message = format!("{key} = {}: must be at most {NAME_MAX} bytes", quoted(&name));
@@ -57,12 +57,13 @@ pub(super) fn spell_out(typed: &mut Typed, origin: Option<Origin>) -> Result<(),
     };
     let contents = text.and_then(|text| file::read(text, origin)).map_err(described)?;
     typed.notes.extend(contents.notes.iter().map(|note| format!("{key} = {}: {note}", quoted(&name))));
-    world.building_outlines_cm.extend(contents.buildings.iter().map(Outline::to_string));
-    Ok(())
+    outlines.extend(contents.buildings.iter().map(Outline::to_string));
+    typed.set(key, String::new().into())?;
+    typed.set(OUTLINES, outlines.into())
 }
 
 /// Returns the buildings; none if they have problems.
-pub(super) fn buildings(world: Option<&resolved::World>, problems: &mut Problems) -> Buildings {
+pub(super) fn buildings(world: Option<&World>, problems: &mut Problems) -> Buildings {
     let Some(world) = world else { return Buildings::default() };
     if world.building_outlines_cm.len() > BUILDINGS_MAX {
         problems.add(OUTLINES, format!("must be at most {BUILDINGS_MAX}"), None);

@@ -12,8 +12,10 @@ use standoff::safety::geofence::ZONES_MAX;
 use standoff::{Geofence, Position, TeamParams, UavId, UavState, Vertical, Zone};
 use standoff_io::bounded_input;
 use standoff_io::display_text::quoted;
+use toml::Value;
 
 use super::diagnostics::Problems;
+use super::dotted::value_at;
 use super::earth::Earth;
 use super::error::ScenarioError;
 use super::load::Typed;
@@ -21,7 +23,7 @@ use super::locate::Map;
 use super::number::Number;
 use super::polygons::{Rings, check_metres};
 use super::resolved::Settings;
-use super::schema_types::{self, ZONE_ALTITUDE_M, ZoneKind, resolved};
+use super::schema_types::{self, Uavs, ZONE_ALTITUDE_M, ZoneKind};
 use super::traffic::NAME_MAX;
 use crate::traffic::{Coordinates, Traffic};
 use crate::wind::height_m;
@@ -42,61 +44,94 @@ pub(super) fn spell_out(typed: &mut Typed, traffic: Option<&Traffic>) -> Result<
     if !typed.file.geofence.iter().any(is_in_degrees) {
         return Ok(());
     }
-    let earth = Earth::of(typed, traffic);
-    let is_metric = traffic.is_none_or(|traffic| traffic.origin.is_none());
-    let (mut others, typed_count) = (Vec::new(), typed.file.geofence.len());
-    for place in 0..typed_count.min(ZONES_MAX) {
-        let zone = &typed.file.geofence[place];
-        if zone.file.is_empty() {
-            circle_in_metres(typed, place, &earth)?;
+    let place =
+        Place { earth: Earth::of(typed, traffic), is_metric: traffic.is_none_or(|traffic| traffic.origin.is_none()) };
+    let (mut others, mut notes, typed_count) = (Vec::new(), Vec::new(), typed.file.geofence.len());
+    let Some(mut all) = value_at(&typed.table, "geofence").and_then(Value::as_array).cloned() else { return Ok(()) };
+    for (index, as_typed) in all.iter_mut().enumerate().take(ZONES_MAX) {
+        if typed.file.geofence[index].file.is_empty() {
+            circle_in_metres(typed, index, as_typed, &place.earth)?;
             continue;
         }
-        let key = format!("geofence.{place}.file");
-        let problem = |message: String| {
-            let message = format!("{key} = {}: {message}", quoted(&zone.file));
-            ScenarioError::from(typed.origin.problem(&Map::new(&typed.origin.text), &key, message, None))
-        };
-        if zone.file.len() > NAME_MAX {
-            return Err(problem(format!("must be at most {NAME_MAX} bytes")));
-        }
-        if !zone.vertices.is_empty() || is_circle(zone) {
-            return Err(problem("a zone has `vertices`, a circle or a `file`; keep one".to_owned()));
-        }
-        if zone.part_of.is_some() {
-            return Err(problem("a file defines separate zones; remove `part_of`".to_owned()));
-        }
-        let path = typed.files_from.as_deref().unwrap_or(Path::new("")).join(&zone.file);
-        let bytes = bounded_input::bytes(&path, LENGTH_MAX).map_err(|reason| {
-            let is_io_error = !bounded_input::is_input_error(&reason);
-            ScenarioError { is_io_error, ..problem(bounded_input::cannot_be_read(&reason)) }
-        })?;
-        let contents = file::read(&bytes, zone.coordinates, is_metric, &earth).map_err(problem)?;
-        let mut zones = zones(zone, contents.zones).map_err(problem)?;
-        if zone.coordinates != Coordinates::Auto {
-            zones.iter_mut().for_each(|of_file| of_file.coordinates = Coordinates::Metres);
-        }
-        typed.notes.extend(contents.notes.iter().map(|note| format!("{key} = {}: {note}", quoted(&zone.file))));
+        let (zones, notes_of_file) = zones_of_file(typed, index, as_typed, &place)?;
+        notes.extend(notes_of_file);
         // Parts count from the first zone of the file.
-        let index = |of_file: f64| {
-            if of_file == 0.0 { place as f64 } else { (typed_count + others.len()) as f64 + of_file - 1.0 }
+        let index_of = |of_file: f64| {
+            if of_file == 0.0 { index as f64 } else { (typed_count + others.len()) as f64 + of_file - 1.0 }
         };
-        for zone in &mut zones {
-            if let Some(Number::Constant(part_of)) = &mut zone.part_of {
-                *part_of = index(*part_of);
-            }
-        }
+        let zones = zones.into_iter().map(|zone| schema_types::Zone { part_of: zone.part_of.map(index_of), ..zone });
+        let refused = |error: toml::ser::Error| ScenarioError::one(&typed.origin.label, None, error.to_string());
+        let zones = zones.map(|zone| Value::try_from(zone).map_err(refused)).collect::<Result<Vec<_>, _>>()?;
         let mut zones = zones.into_iter();
         if let Some(first) = zones.next() {
-            typed.file.geofence[place] = first;
+            *as_typed = first;
         }
         others.extend(zones);
     }
-    typed.file.geofence.extend(others);
-    Ok(())
+    all.extend(others);
+    typed.notes.extend(notes);
+    typed.set("geofence", all.into())
+}
+
+/// Where files of zones are placed.
+struct Place {
+    earth: Result<Earth, String>,
+    /// True if the traffic is in metres.
+    is_metric: bool,
+}
+
+/// Reads the zones of a file that a table names, and notes about it.
+fn zones_of_file(
+    typed: &Typed,
+    index: usize,
+    as_typed: &Value,
+    place: &Place,
+) -> Result<(Vec<schema_types::Zone>, Vec<String>), ScenarioError> {
+    let (zone, key) = (&typed.file.geofence[index], format!("geofence.{index}.file"));
+    let problem = |message: String| {
+        let message = format!("{key} = {}: {message}", quoted(&zone.file));
+        ScenarioError::from(typed.origin.problem(&Map::new(&typed.origin.text), &key, message, None))
+    };
+    if zone.file.len() > NAME_MAX {
+        return Err(problem(format!("must be at most {NAME_MAX} bytes")));
+    }
+    if !zone.vertices.is_empty() || is_circle(zone) {
+        return Err(problem("a zone has `vertices`, a circle or a `file`; keep one".to_owned()));
+    }
+    if zone.part_of.is_some() {
+        return Err(problem("a file defines separate zones; remove `part_of`".to_owned()));
+    }
+    // Each zone would draw another number.
+    let is_wrong = |key: &&str| as_typed.get(key).is_some_and(|limit_m| finite(limit_m).is_none());
+    if let Some(key) = ["altitude_min_m", "altitude_max_m"].into_iter().find(is_wrong) {
+        return Err(problem(format!(
+            "{key} must be a finite number, not a distribution, if the zones are from a file"
+        )));
+    }
+    let path = typed.files_from.as_deref().unwrap_or(Path::new("")).join(&zone.file);
+    let bytes = bounded_input::bytes(&path, LENGTH_MAX).map_err(|reason| {
+        let is_io_error = !bounded_input::is_input_error(&reason);
+        ScenarioError { is_io_error, ..problem(bounded_input::cannot_be_read(&reason)) }
+    })?;
+    let contents = file::read(&bytes, zone.coordinates, place.is_metric, &place.earth).map_err(problem)?;
+    let mut zones = zones(zone, contents.zones).map_err(problem)?;
+    if zone.coordinates != Coordinates::Auto {
+        zones.iter_mut().for_each(|of_file| of_file.coordinates = Coordinates::Metres);
+    }
+    let note = |note: String| format!("{key} = {}: {note}", quoted(&zone.file));
+    Ok((zones, contents.notes.into_iter().map(note).collect()))
+}
+
+/// Returns a typed number, unless it is a distribution or not finite.
+fn finite(typed: &Value) -> Option<f64> {
+    match Number::read(typed) {
+        Ok(Number::Constant(number)) => Some(number).filter(|number| number.is_finite()),
+        _ => None,
+    }
 }
 
 /// Returns the geofence; an empty one if it has problems.
-pub(super) fn geofence(zones: &[resolved::Zone], problems: &mut Problems) -> Geofence {
+pub(super) fn geofence(zones: &[schema_types::Zone], problems: &mut Problems) -> Geofence {
     if zones.len() > ZONES_MAX {
         problems.add("geofence", format!("must be at most {ZONES_MAX}, not {}", zones.len()), None);
         return Geofence::default();
@@ -195,7 +230,7 @@ pub(super) fn geofence(zones: &[resolved::Zone], problems: &mut Problems) -> Geo
 }
 
 /// Checks that every UAV stays in the bands of the keep-in zones, because the agents do not limit altitudes to them.
-pub(super) fn check_altitudes(geofence: &Geofence, team: &TeamParams, uavs: &resolved::Uavs, problems: &mut Problems) {
+pub(super) fn check_altitudes(geofence: &Geofence, team: &TeamParams, uavs: &Uavs, problems: &mut Problems) {
     let altitudes_m = |uav: u32| {
         let id = UavId(uav);
         let start = uavs.start.get(uav as usize).filter(|_| team.uav.climb.is_some());
@@ -271,17 +306,23 @@ fn is_circle(zone: &schema_types::Zone) -> bool {
 }
 
 /// Replaces the latitude and longitude of a circle by metres.
-fn circle_in_metres(typed: &mut Typed, index: usize, earth: &Result<Earth, String>) -> Result<(), ScenarioError> {
+fn circle_in_metres(
+    typed: &Typed,
+    index: usize,
+    as_typed: &mut Value,
+    earth: &Result<Earth, String>,
+) -> Result<(), ScenarioError> {
     let zone = &typed.file.geofence[index];
     let key = format!("geofence.{index}.{}", if zone.lat_deg.is_some() { "lat_deg" } else { "lon_deg" });
     let refuse = |what: &str| {
         let message = format!("{key}: {what}");
         ScenarioError::from(typed.origin.problem(&Map::new(&typed.origin.text), &key, message, None))
     };
-    let (latitude_deg, longitude_deg) = match (zone.lat_deg, zone.lon_deg) {
+    let (latitude_deg, longitude_deg) = match (as_typed.get("lat_deg"), as_typed.get("lon_deg")) {
         (None, None) => return Ok(()),
-        (Some(Number::Constant(latitude_deg)), Some(Number::Constant(longitude_deg))) => (latitude_deg, longitude_deg),
-        (Some(_), Some(_)) => return Err(refuse("must be a number, not a distribution; draw x_m and y_m instead")),
+        (Some(latitude_deg), Some(longitude_deg)) => finite(latitude_deg)
+            .zip(finite(longitude_deg))
+            .ok_or_else(|| refuse("must be a finite number, not a distribution; draw x_m and y_m instead"))?,
         _ => return Err(refuse("a circle needs both lat_deg and lon_deg, or x_m and y_m")),
     };
     if zone.x_m.is_some() || zone.y_m.is_some() {
@@ -289,11 +330,11 @@ fn circle_in_metres(typed: &mut Typed, index: usize, earth: &Result<Earth, Strin
     }
     let earth = earth.as_ref().map_err(|reason| refuse(&format!("{reason}; or give x_m and y_m")))?;
     let [x_m, y_m] = earth.place(latitude_deg, longitude_deg).map_err(|message| refuse(&message))?;
-    let zone = &mut typed.file.geofence[index];
-    (zone.lat_deg, zone.lon_deg) = (None, None);
-    (zone.x_m, zone.y_m) = (Some(Number::Constant(x_m)), Some(Number::Constant(y_m)));
+    let Some(as_typed) = as_typed.as_table_mut() else { return Ok(()) };
+    as_typed.retain(|key, _| !["lat_deg", "lon_deg"].contains(&key));
+    as_typed.extend([("x_m", x_m), ("y_m", y_m)].map(|(key, metres)| (key.to_owned(), metres.into())));
     if zone.coordinates == Coordinates::Degrees {
-        zone.coordinates = Coordinates::Metres;
+        as_typed.insert("coordinates".to_owned(), "metres".into());
     }
     Ok(())
 }
@@ -348,8 +389,9 @@ fn wind_warning(settings: &Settings) -> Option<String> {
 fn zones(table: &schema_types::Zone, found: Vec<Found>) -> Result<Vec<schema_types::Zone>, String> {
     let mut all = Vec::new();
     for Found { name, kind, shape, band_m } in found {
-        let [altitude_min_m, altitude_max_m] = band_of(table, band_m)?;
-        let numbers = [altitude_min_m, altitude_max_m].map(|altitude_m| altitude_m.map(Number::Constant));
+        // Those of the table, otherwise those of the file.
+        let altitude_min_m = table.altitude_min_m.or(band_m[0]);
+        let altitude_max_m = table.altitude_max_m.or(band_m[1]);
         let name = if table.name.is_empty() { name } else { table.name.clone() };
         let of_file = kind.unwrap_or(table.kind);
         let polygons = match shape {
@@ -358,8 +400,7 @@ fn zones(table: &schema_types::Zone, found: Vec<Found>) -> Result<Vec<schema_typ
                 if !(1.0..=1e6).contains(&radius_m) {
                     return Err(format!("zone {}: radius = {radius_m} m; must be 1 to 1000000", all.len()));
                 }
-                let [x_m, y_m, radius_m] = [x_m, y_m, radius_m].map(|value| Some(Number::Constant(value)));
-                let [altitude_min_m, altitude_max_m] = numbers;
+                let [x_m, y_m, radius_m] = [x_m, y_m, radius_m].map(Some);
                 all.push(schema_types::Zone {
                     name,
                     kind: of_file,
@@ -377,14 +418,14 @@ fn zones(table: &schema_types::Zone, found: Vec<Found>) -> Result<Vec<schema_typ
         let mut first = None;
         for (kind, outline) in outlines {
             // A hole is no part of the zone around it.
-            let part_of = first.filter(|_| kind == of_file).map(|first: usize| Number::Constant(first as f64));
+            let part_of = first.filter(|_| kind == of_file).map(|first: usize| first as f64);
             first = first.or(Some(all.len()));
             all.push(schema_types::Zone {
                 name: name.clone(),
                 kind,
-                vertices: outline.iter().map(|point| point.map(Number::Constant).to_vec()).collect(),
-                altitude_min_m: numbers[0],
-                altitude_max_m: numbers[1],
+                vertices: outline.iter().map(|point| point.to_vec()).collect(),
+                altitude_min_m,
+                altitude_max_m,
                 part_of,
                 ..schema_types::Zone::default()
             });
@@ -454,18 +495,6 @@ fn outlines(
     joined.ok_or_else(|| {
         format!("polygon {before} has parts that cannot be joined, because their outlines are nearly equal; join them")
     })
-}
-
-/// Floor and ceiling of the zones of a file: those of the table, otherwise those of the file.
-fn band_of(table: &schema_types::Zone, of_file: BandM) -> Result<BandM, String> {
-    let limit = |key: &str, typed: Option<Number>, of_file: Option<f64>| match typed {
-        None => Ok(of_file),
-        Some(Number::Constant(altitude_m)) => Ok(Some(altitude_m)),
-        // Each zone would draw another number.
-        Some(_) => Err(format!("{key} must be a number, not a distribution, if the zones are from a file")),
-    };
-    let floor_m = limit("altitude_min_m", table.altitude_min_m, of_file[0])?;
-    Ok([floor_m, limit("altitude_max_m", table.altitude_max_m, of_file[1])?])
 }
 
 #[cfg(test)]
@@ -1126,7 +1155,8 @@ mod tests {
             ("{\"altitude_max_m\": \"FL95\"}", "", "properties.altitude_max_m = \"FL95\": must be a number, m"),
             ("{\"altitude_max_m\": -5}", "", "polygon 0: altitude_max_m = -5 must be between 0 and 100000"),
             (both, "altitude_min_m = 121", "polygon 0: altitude_min_m = 121 is above altitude_max_m = 120.5"),
-            (both, "altitude_min_m = { uniform = [1, 2] }", "altitude_min_m must be a number, not a distribution"),
+            (both, "altitude_min_m = { uniform = [1, 2] }", "altitude_min_m must be a finite number, not"),
+            (both, "altitude_max_m = nan", "altitude_max_m must be a finite number, not"),
         ] {
             let error: String = of_file(properties, table).unwrap_err();
             assert!(

@@ -6,35 +6,25 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use serde::Deserialize;
+use standoff::Law;
 use standoff_io::bounded_input;
 use standoff_io::display_text::{did_you_mean, escaped, printable, quoted, shell_path};
-use standoff_record::SCENARIO_MAX;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 use toml::{Spanned, Table, Value};
 
 use super::builtin::{BUILT_IN, built_in, built_in_like};
-
+use super::diagnostics::Problems;
+use super::dotted::{set, take_out, value_at};
 use super::error::{Excerpt, Problem, ScenarioError};
 use super::locate::{Map, line_around, position_of};
-use super::parse::{self, MISTAKES_MAX};
-use super::schema_types::{AgentSetup, Dynamics, ScenarioFile};
+use super::parameters::law_of;
+use super::parse::{Form, MISTAKES_MAX, Mistake};
+use super::sample;
+use super::schema::root;
+use super::schema_types::{Dynamics, ScenarioFile};
+use super::text::{LENGTH_MAX, SPELT_OUT, check_size, text};
+use crate::random::Draws;
 use crate::traffic::STANDARD_INPUT;
-
-/// Maximum size of a scenario file, bytes. 5,000 targets, one table each, take 1 MiB.
-const LENGTH_MAX: u64 = SCENARIO_MAX / SPELT_OUT;
-
-/// Maximum number of line ends and punctuation characters in a text: parsing can take 500 bytes of memory for each.
-/// 5,000 targets, one table each, have 180,000.
-const SIGNS_MAX: u64 = 200_000;
-
-/// Factor on the size limit for a text written by this program, which contains all values.
-pub(super) const SPELT_OUT: u64 = 2;
-
-/// Maximum number of these characters in such a text. The maximum numbers of targets and UAVs have 700,000.
-const SPELT_OUT_SIGNS_MAX: u64 = 800_000;
-
-/// Maximum depth of a key: that of a number's distribution in an array.
-const DEPTH_MAX: usize = 6;
 
 /// Maximum number of traffic files that the description of a scenario names.
 const NAMED: usize = 3;
@@ -69,15 +59,17 @@ pub fn name_of(name_or_file: &str) -> String {
 pub(super) struct Typed {
     /// Name of the run.
     pub(super) name: String,
-    /// The scenario without the parts that are wrong in form.
+    /// The scenario without the parts that are wrong in form. Its numbers may be distributions.
+    pub(super) table: Table,
+    /// The scenario of some seed, for everything in it that is not drawn.
     pub(super) file: ScenarioFile,
     /// Problems in the form of the scenario and of the command line's changes.
     pub(super) problems: Vec<Problem>,
     /// Warnings about the files that the scenario names.
     pub(super) notes: Vec<String>,
-    /// Keys that were left out of `file` because their values have a wrong form.
+    /// Keys that were left out because their values have a wrong form.
     pub(super) left_out: Vec<String>,
-    /// True if parts of the text are not TOML: their keys, which are unknown, are missing from `file`.
+    /// True if parts of the text are not TOML: their keys, which are unknown, are missing.
     pub(super) is_text_broken: bool,
     pub(super) origin: Origin,
     /// Changes of the command line.
@@ -159,26 +151,65 @@ impl Typed {
         let (mut table, mut problems) = understood(&map, &origin);
         let is_text_broken = !problems.is_empty();
         origin.apply(overrides, &mut table, &mut problems)?;
-        let sets_agents = parse::value_at(&table, "team.agents").is_some();
-        let (mut file, mistakes) = parse::typed(table);
-        if let Some(file) = file.as_mut().filter(|file| !sets_agents && file.needs_an_agent_per_uav()) {
-            file.team.agents = AgentSetup::PerUav;
+        let mut form = Form::default();
+        form.check(root(), "", &mut table);
+        let is_form_known = form.mistakes.len() < MISTAKES_MAX;
+        for Mistake { key, message, help } in form.mistakes {
+            problems.push(origin.problem(&map, &key, message, help));
         }
-        if let Some(file) = file.as_mut().filter(|file| file.uavs.dynamics == Dynamics::Bank) {
-            file.uavs.bank.get_or_insert_default();
+        if !is_form_known {
+            return Err(problems.into());
         }
-        let mut left_out = Vec::new();
-        for mistake in mistakes {
-            problems.push(origin.problem(&map, &mistake.key, mistake.message, mistake.help));
-            left_out.push(mistake.left_out);
+        let (file, notes) = (ScenarioFile::default(), Vec::new());
+        let (left_out, overrides) = (form.left_out, overrides.clone());
+        let mut typed =
+            Self { name, table, file, problems, notes, left_out, is_text_broken, origin, overrides, files_from };
+        typed.complete()?;
+        Ok(typed)
+    }
+
+    /// Reads the tables, and adds what follows from other keys.
+    fn complete(&mut self) -> Result<(), ScenarioError> {
+        (self.file, _) = self.drawn(Draws::new(0))?;
+        let is_set = |key: &str| value_at(&self.table, key).is_some();
+        let mut implied = Vec::new();
+        if law_of(&self.table) == Law::Oh2015 && !is_set("separation") {
+            // Only the phases on an orbit separate UAVs.
+            implied.push(("separation", Value::Boolean(false)));
         }
-        match file {
-            Some(file) => {
-                let (notes, overrides) = (Vec::new(), overrides.clone());
-                Ok(Self { name, file, problems, notes, left_out, is_text_broken, origin, overrides, files_from })
-            }
-            None => Err(problems.into()),
+        if value_at(&self.table, "separation") == Some(&Value::Boolean(true)) {
+            implied.push(("separation", Table::new().into()));
         }
+        if self.file.needs_an_agent_per_uav() && !is_set("team.agents") {
+            implied.push(("team.agents", "per-uav".into()));
+        }
+        if self.file.uavs.dynamics == Dynamics::Bank && !is_set("uavs.bank") {
+            implied.push(("uavs.bank", Table::new().into()));
+        }
+        implied.into_iter().try_for_each(|(key, value)| self.set(key, value))
+    }
+
+    /// Sets a key to a value of the right form.
+    pub(super) fn set(&mut self, key: &str, value: Value) -> Result<(), ScenarioError> {
+        set(&mut self.table, key, value).map_err(|message| ScenarioError::one(&self.origin.label, None, message))?;
+        (self.file, _) = self.drawn(Draws::new(0))?;
+        Ok(())
+    }
+
+    /// Draws every number for a seed. Also returns the numbers that are out of range.
+    pub(super) fn drawn(&self, draws: Draws) -> Result<(ScenarioFile, Problems), ScenarioError> {
+        let refused = |error: toml::de::Error| ScenarioError::one(&self.origin.label, None, printable(error.message()));
+        sample::drawn(&self.table, draws).map_err(refused)
+    }
+
+    /// Returns whether the number at a key is drawn.
+    pub(super) fn is_drawn(&self, key: &str) -> bool {
+        value_at(&self.table, key).is_some_and(Value::is_table)
+    }
+
+    /// Returns the scenario before anything is drawn, as text with all values.
+    pub(super) fn text(&self) -> Result<String, ScenarioError> {
+        text(&self.origin.label, &self.file, Some(&self.table))
     }
 }
 
@@ -228,8 +259,8 @@ impl Origin {
             // So do the buildings.
             table.remove("world");
             // The size of the scenario's ring has no meaning for other targets.
-            parse::take_out(table, "uavs.start_ring");
-            parse::take_out(table, "uavs.start");
+            take_out(table, "uavs.start_ring");
+            take_out(table, "uavs.start");
             table.insert("about".to_owned(), Value::String(about(&overrides.traffic)));
             let name = |path: &PathBuf| {
                 path.to_str().map(|path| Value::String(path.to_owned())).ok_or_else(|| {
@@ -242,7 +273,7 @@ impl Origin {
             table.insert("traffic".to_owned(), Value::Table([("file".to_owned(), files)].into_iter().collect()));
         }
         if let Some(uavs) = overrides.uavs {
-            parse::take_out(table, "uavs.start");
+            take_out(table, "uavs.start");
             let given = ("uavs.count", Value::Integer(i64::from(uavs)), format!("--uavs {uavs}"));
             problems.extend(self.edit(table, given.0, given.1, &given.2));
         }
@@ -297,30 +328,6 @@ pub(super) fn sets(set: &[String], key: &str) -> bool {
 pub(super) fn related(one: &str, other: &str) -> bool {
     let within = |inner: &str, outer: &str| inner.strip_prefix(outer).is_some_and(|rest| rest.starts_with('.'));
     one == other || within(one, other) || within(other, one)
-}
-
-/// Rejects a text that would take too much memory to read: `times` is 1 for a typed scenario, or [`SPELT_OUT`].
-pub(super) fn check_size(label: &str, text: &str, times: u64) -> Result<(), ScenarioError> {
-    let signs: u64 = text.bytes().map(signs_of).sum();
-    let signs_max = if times == SPELT_OUT { SPELT_OUT_SIGNS_MAX } else { SIGNS_MAX };
-    let length_max = times * LENGTH_MAX;
-    if signs <= signs_max && text.len() as u64 <= length_max {
-        return Ok(());
-    }
-    let what = format!(
-        "it has more than {length_max} bytes, or more than {signs_max} line ends and punctuation characters; put targets \
-         into a traffic file, see [traffic]"
-    );
-    Err(ScenarioError::one(label, None, what))
-}
-
-/// Cost of a byte: a dot can start a new table.
-fn signs_of(byte: u8) -> u64 {
-    match byte {
-        b'_' | b'-' => 0,
-        b'.' => 3,
-        _ => (byte.is_ascii_control() || byte.is_ascii_punctuation()).into(),
-    }
 }
 
 fn on_command_line(message: String, text: &Arc<str>) -> Problem {
@@ -456,23 +463,6 @@ fn value_of(text: &str) -> Value {
     let parsed = toml::from_str::<Table>(&format!("value = {text}"));
     let value = parsed.ok().and_then(|mut table| table.remove("value"));
     value.unwrap_or_else(|| Value::String(text.to_owned()))
-}
-
-fn set(table: &mut Table, key: &str, value: Value) -> Result<(), String> {
-    let refuse = |what: &str| Err(format!("{}: {what}", printable(key)));
-    let mut parts: Vec<_> = key.split('.').collect();
-    if parts.len() > DEPTH_MAX {
-        return refuse("is nested too deeply");
-    }
-    let Some(last) = parts.pop().filter(|last| !last.is_empty()) else { return refuse("is not a key") };
-    let mut here = table;
-    for part in parts {
-        let next = here.entry(part).or_insert_with(|| Value::Table(Table::new()));
-        let Value::Table(next) = next else { return refuse("goes through something that is not a table") };
-        here = next;
-    }
-    here.insert(last.to_owned(), value);
-    Ok(())
 }
 
 fn file_name(path: &Path) -> String {

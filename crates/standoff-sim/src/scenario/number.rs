@@ -1,21 +1,20 @@
 //! A number in a scenario file: a constant, or a distribution from which each run draws.
 
-use std::borrow::Cow;
-use std::{fmt, iter};
-
-use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
-use serde::de::{MapAccess, Visitor, value::MapAccessDeserializer};
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize, Serializer};
+use serde_path_to_error::Segment;
+use standoff_io::display_text::printable;
+use toml::Value;
 
 use self::Distribution::{Normal, Uniform};
 use crate::random::Draw;
 
-/// A constant, or a distribution.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// A number, or a distribution from which each run draws.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(untagged)]
 pub enum Number {
     /// A constant.
-    Constant(f64),
+    Constant(#[serde(serialize_with = "as_typed")] f64),
     /// Drawn from a distribution.
     Drawn(Distribution),
 }
@@ -41,6 +40,37 @@ pub enum Distribution {
 }
 
 impl Number {
+    /// Reads a number. The error is the dotted key of the wrong part in the value, and what is wrong.
+    pub(super) fn read(value: &Value) -> Result<Self, (String, String)> {
+        let distribution = match value {
+            Value::Float(number) => return Ok(Self::Constant(*number)),
+            Value::Integer(number) => return Ok(Self::Constant(*number as f64)),
+            Value::Table(distribution) if distribution.len() == 1 => distribution,
+            _ => {
+                let what =
+                    "must be a number, { uniform = { min = .., max = .. } } or { normal = { mean = .., sd = .. } }";
+                return Err((String::new(), what.to_owned()));
+            }
+        };
+        serde_path_to_error::deserialize(value.clone()).map(Self::Drawn).map_err(|error| {
+            let kind = distribution.keys().cloned();
+            let parts = error.path().iter().filter_map(|segment| match segment {
+                Segment::Map { key } => Some(key.clone()),
+                Segment::Enum { .. } | Segment::Seq { .. } | Segment::Unknown => None,
+            });
+            let part = kind.chain(parts).collect::<Vec<_>>().join(".");
+            // The library appends a line with the position, for which the key is better.
+            let what = error.into_inner().to_string().lines().next().unwrap_or_default().to_owned();
+            let expected = what.strip_prefix("invalid type").and_then(|what| what.rsplit_once(", expected "));
+            let what = match expected {
+                Some((_, "f64")) => "must be a number".to_owned(),
+                Some(_) => "must be a table".to_owned(),
+                None => printable(&what),
+            };
+            (part, what)
+        })
+    }
+
     /// Describes the error in the number itself, if there is one.
     pub fn problem(&self) -> Option<String> {
         match *self {
@@ -74,66 +104,29 @@ impl Number {
     }
 }
 
+impl Default for Number {
+    fn default() -> Self {
+        Self::Constant(0.0)
+    }
+}
+
 impl From<f64> for Number {
     fn from(value: f64) -> Self {
         Self::Constant(value)
     }
 }
 
-impl<'de> Deserialize<'de> for Number {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct NumberVisitor;
-        impl<'de> Visitor<'de> for NumberVisitor {
-            type Value = Number;
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("a number, { uniform = { min = .., max = .. } } or { normal = { mean = .., sd = .. } }")
-            }
-            fn visit_f64<E>(self, value: f64) -> Result<Number, E> {
-                Ok(Number::Constant(value))
-            }
-            fn visit_i64<E>(self, value: i64) -> Result<Number, E> {
-                Ok(Number::Constant(value as f64))
-            }
-            fn visit_u64<E>(self, value: u64) -> Result<Number, E> {
-                Ok(Number::Constant(value as f64))
-            }
-            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Number, A::Error> {
-                Distribution::deserialize(MapAccessDeserializer::new(map)).map(Number::Drawn)
-            }
-        }
-        deserializer.deserialize_any(NumberVisitor)
-    }
+/// Returns a whole number as an integer, as a user would type it: 100, not 100.0. A negative zero must stay negative.
+pub(super) fn whole(value: f64) -> Option<i64> {
+    (value.trunc() == value && value.abs() < 1e15 && value.to_bits() != 1 << 63).then_some(value as i64)
 }
 
-impl Serialize for Number {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        match *self {
-            // As a user would type it: 100, not 100.0; but a negative zero must stay negative.
-            Self::Constant(value) if value.trunc() == value && value.abs() < 1e15 && value.to_bits() != 1 << 63 => {
-                serializer.serialize_i64(value as i64)
-            }
-            Self::Constant(value) => serializer.serialize_f64(value),
-            Self::Drawn(distribution) => distribution.serialize(serializer),
-        }
-    }
-}
-
-impl JsonSchema for Number {
-    fn schema_name() -> Cow<'static, str> {
-        "Number".into()
-    }
-
-    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        let distributions = Distribution::json_schema(generator);
-        let distributions = distributions.get("oneOf").and_then(Value::as_array).into_iter().flatten().cloned();
-        let one_of: Vec<Value> = iter::once(json!({ "type": "number" })).chain(distributions).collect();
-        json_schema!({ "description": "A number, or a distribution from which each run draws.", "oneOf": one_of })
-    }
-}
-
-/// Serialises a drawn number as a user would type it.
+/// Serialises a number as a user would type it.
 pub(super) fn as_typed<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
-    Number::Constant(*value).serialize(serializer)
+    match whole(*value) {
+        Some(whole) => serializer.serialize_i64(whole),
+        None => serializer.serialize_f64(*value),
+    }
 }
 
 /// Serialises lists of such numbers.

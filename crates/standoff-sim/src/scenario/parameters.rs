@@ -1,34 +1,64 @@
 //! Values of the library's parameters in a scenario: their keys, defaults and ranges are those of [`TeamParams::table`].
 
-use std::fmt::Display;
 use std::sync::LazyLock;
 
-use serde::Serialize;
-use standoff::validation::Allowed;
+use standoff::params::ParamKind;
 use standoff::{BankParams, ClimbParams, Law, ParamInfo, ParamValue, SeparationParams, TeamParams, WindParams};
+use toml::{Table, Value};
 
-use super::number::Number;
-use super::sample::{Draw, Drawing};
+use super::dotted::{take_out, value_at};
+use super::number::whole;
+use super::schema_types::{Parameters, ScenarioFile};
+use crate::wind::shear_factor;
 
-/// Keys whose defaults depend on other values ([`DerivedDefaults`](super::sample::DerivedDefaults)), and how.
-pub(super) const DERIVED: [(&str, &str); 16] = [
-    ("filter.correlation_rate_1_s", "If absent: that of `[targets]`, or 0.3 for traffic."),
-    ("filter.acceleration_sd_m_s2", "If absent: that of `[targets]`, or 0.75 for traffic."),
-    ("filter.range_sd_m", "If absent: that of the sensor, or 10 if the sensor has no noise."),
-    ("filter.bearing_sd_deg", "If absent: that of the sensor, or 3 if the sensor has no noise."),
-    ("filter.detection_probability", "If absent: that of the sensor."),
-    ("filter.mdv_m_s", "If absent: that of the sensor."),
-    ("filter.range_rate_sd_m_s", "If absent: that of the sensor, or 0.5 if the range rate is not measured or exact."),
-    ("filter.false_alarms_per_scan", "If absent: that of the sensor."),
-    ("filter.manoeuvre_rate_1_s", "If absent: 0.03 for traffic and with `[[targets.manoeuvre]]`, otherwise 0."),
-    ("filter.stop_rate_1_s", "If absent: 0.05 for traffic, otherwise 0."),
-    ("filter.own_position_sd_m", "If absent: `navigation.position_sd_m`."),
-    ("filter.own_position_correlation_s", "If absent: `navigation.correlation_s`."),
-    ("filter.own_heading_sd_deg", "If absent: `navigation.heading_bias_deg`."),
-    ("wind.orbit_wind_m_s", "If absent: the speed of the wind at `groups.altitude_lowest_m`."),
-    ("wind.believed_speed_m_s", "If absent: the speed of the wind at `groups.altitude_lowest_m`."),
-    ("wind.believed_from_deg", "If absent: `wind.from_deg`."),
+/// A key whose default depends on other values: the key, what the default is, and its value in a drawn scenario.
+type Derived = (&'static str, &'static str, fn(&ScenarioFile) -> f64);
+
+const LOWEST_WIND: &str = "the speed of the wind at `groups.altitude_lowest_m`";
+
+/// Keys whose defaults depend on other values. Measured cars: 0.2-0.5 1/s and 0.5-1 m/s2 per axis.
+pub(super) const DERIVED: [Derived; 16] = [
+    ("filter.correlation_rate_1_s", "that of `[targets]`, or 0.3 for traffic", |file| {
+        file.targets.as_ref().map_or(0.3, |targets| targets.correlation_rate_1_s)
+    }),
+    ("filter.acceleration_sd_m_s2", "that of `[targets]`, or 0.75 for traffic", |file| {
+        file.targets.as_ref().map_or(0.75, |targets| targets.acceleration_sd_m_s2)
+    }),
+    ("filter.range_sd_m", "that of the sensor, or 10 if the sensor has no noise", |file| {
+        noise_or(file.sensor.range_sd_m, 10.0)
+    }),
+    ("filter.bearing_sd_deg", "that of the sensor, or 3 if the sensor has no noise", |file| {
+        noise_or(file.sensor.bearing_sd_deg, 3.0)
+    }),
+    ("filter.detection_probability", "that of the sensor", |file| file.sensor.detection_probability),
+    ("filter.mdv_m_s", "that of the sensor", |file| file.sensor.mdv_m_s),
+    ("filter.range_rate_sd_m_s", "that of the sensor, or 0.5 if the range rate is not measured or exact", |file| {
+        noise_or(file.sensor.range_rate_sd_m_s.unwrap_or(0.0), 0.5)
+    }),
+    ("filter.false_alarms_per_scan", "that of the sensor", |file| file.sensor.false_alarms_per_scan),
+    ("filter.manoeuvre_rate_1_s", "0.03 for traffic and with `[[targets.manoeuvre]]`, otherwise 0", |file| {
+        if file.targets.as_ref().is_none_or(|targets| !targets.manoeuvre.is_empty()) { 0.03 } else { 0.0 }
+    }),
+    ("filter.stop_rate_1_s", "0.05 for traffic, otherwise 0", |file| if file.targets.is_none() { 0.05 } else { 0.0 }),
+    ("filter.own_position_sd_m", "`navigation.position_sd_m`", |file| file.navigation.position_sd_m),
+    ("filter.own_position_correlation_s", "`navigation.correlation_s`", |file| file.navigation.correlation_s),
+    ("filter.own_heading_sd_deg", "`navigation.heading_bias_deg`", |file| file.navigation.heading_bias_deg),
+    ("wind.orbit_wind_m_s", LOWEST_WIND, lowest_wind_m_s),
+    ("wind.believed_speed_m_s", LOWEST_WIND, lowest_wind_m_s),
+    ("wind.believed_from_deg", "`wind.from_deg`", |file| file.wind.as_ref().map_or(0.0, |wind| wind.from_deg)),
 ];
+
+fn noise_or(noise: f64, default: f64) -> f64 {
+    if noise > 0.0 { noise } else { default }
+}
+
+/// Speed of the wind at the lowest altitude of the UAVs, m/s.
+fn lowest_wind_m_s(file: &ScenarioFile) -> f64 {
+    let lowest_m = number(&file.parameters, "groups.altitude_lowest_m").unwrap_or(0.0);
+    file.wind
+        .as_ref()
+        .map_or(0.0, |wind| wind.speed_m_s * shear_factor(lowest_m, wind.reference_height_m, wind.shear_exponent))
+}
 
 /// Returns the parameters that have a key in one of the tables. The period, whose key is at the top, belongs to the
 /// simulator.
@@ -54,102 +84,76 @@ pub(super) fn tables() -> Vec<&'static str> {
     tables
 }
 
-/// A value in the unit of its key.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-#[serde(untagged)]
-pub(super) enum TypedValue {
-    Number(Number),
-    Word(&'static str),
-    Flag(bool),
-}
-
-/// Values of all parameters, in the order of [`declared`]; `None` is the default of a key in [`DERIVED`] until it is
-/// drawn.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Parameters(Vec<Option<TypedValue>>);
-
-impl Default for Parameters {
-    fn default() -> Self {
-        Self::of_law(Law::Standoff)
-    }
-}
-
-impl Parameters {
-    /// Defaults of a named law.
-    pub(super) fn of_law(law: Law) -> Self {
-        let mut team = TeamParams { separation: Some(SeparationParams::default()), ..TeamParams::of_law(law) };
-        (team.uav.climb, team.uav.bank) = (Some(ClimbParams::default()), Some(BankParams::default()));
-        team.wind = Some(WindParams::default());
-        let default = |param: &ParamInfo| {
-            let is_derived = DERIVED.iter().any(|(key, _)| *key == param.key);
-            param.value(&team).filter(|_| !is_derived).map(|value| match value {
+/// Returns the defaults of a named law, except for those that are [`DERIVED`].
+pub(super) fn defaults(law: Law) -> Parameters {
+    let mut team = TeamParams { separation: Some(SeparationParams::default()), ..TeamParams::of_law(law) };
+    (team.uav.climb, team.uav.bank) = (Some(ClimbParams::default()), Some(BankParams::default()));
+    team.wind = Some(WindParams::default());
+    let independent = declared().filter(|param| DERIVED.iter().all(|(key, ..)| *key != param.key));
+    let default = |param: &ParamInfo| {
+        Some((
+            param.key,
+            match param.value(&team)? {
                 // The conversion adds rounding noise.
                 ParamValue::Number(rad) if param.is_angle() => {
-                    TypedValue::Number(((rad.to_degrees() * 1e9).round() / 1e9).into())
+                    ParamValue::Number((rad.to_degrees() * 1e9).round() / 1e9)
                 }
-                ParamValue::Number(number) => TypedValue::Number(number.into()),
-                ParamValue::Word(word) => TypedValue::Word(word),
-                ParamValue::Flag(flag) => TypedValue::Flag(flag),
-            })
-        };
-        Self(declared().map(default).collect())
-    }
+                value => value,
+            },
+        ))
+    };
+    independent.filter_map(default).collect()
 }
 
-impl Draw for Parameters {
-    type Drawn = Self;
-
-    fn drawn(&self, _: &dyn Display, drawing: &mut Drawing) -> Self {
-        let drawn = |(param, typed): (&ParamInfo, Option<TypedValue>)| {
-            let number = match typed {
-                Some(TypedValue::Number(number)) => number,
-                Some(_) => return typed,
-                None => drawing.absent.parameters[DERIVED.iter().position(|(key, _)| *key == param.key)?].into(),
-            };
-            // The library checks the range.
-            Some(TypedValue::Number(drawing.number(&"", param.key, &number, Allowed::FINITE).into()))
-        };
-        Self(self.iter().map(drawn).collect())
-    }
+/// Law that a scenario names, which determines the defaults; this project's law if it names none.
+pub(super) fn law_of(table: &Table) -> Law {
+    value_at(table, "guidance.law").and_then(Value::as_str).and_then(Law::named).unwrap_or(Law::Standoff)
 }
 
-impl Parameters {
-    /// Parameters with their values.
-    pub(super) fn iter(&self) -> impl Iterator<Item = (&'static ParamInfo, Option<TypedValue>)> {
-        declared().zip(self.0.iter().copied())
-    }
-
-    /// Parameters with their values, which can be changed.
-    pub(super) fn iter_mut(&mut self) -> impl Iterator<Item = (&'static ParamInfo, &mut Option<TypedValue>)> {
-        declared().zip(&mut self.0)
-    }
-
-    /// Sets drawn values in `team`. Those of absent parts have no effect.
-    pub(super) fn apply_to(&self, team: &mut TeamParams) {
-        for (param, typed) in self.iter() {
-            let value = match typed {
-                Some(TypedValue::Number(Number::Constant(deg))) if param.is_angle() => {
-                    ParamValue::Number(deg.to_radians())
-                }
-                Some(TypedValue::Number(Number::Constant(number))) => ParamValue::Number(number),
-                Some(TypedValue::Word(word)) => ParamValue::Word(word),
-                Some(TypedValue::Flag(flag)) => ParamValue::Flag(flag),
-                Some(TypedValue::Number(Number::Drawn(_))) | None => continue,
-            };
-            param.set(team, value);
-        }
-    }
-
-    /// Returns the value at a key.
-    pub(super) fn value(&self, key: &str) -> Option<TypedValue> {
-        self.iter().find(|(param, _)| param.key == key)?.1
-    }
-
-    /// Returns the number at a key, if it is drawn or constant.
-    pub(super) fn number(&self, key: &str) -> Option<f64> {
-        match self.value(key) {
-            Some(TypedValue::Number(Number::Constant(value))) => Some(value),
+/// Takes the parameters out of a drawn scenario whose form is right.
+pub(super) fn take(table: &mut Table) -> Parameters {
+    let mut parameters = defaults(law_of(table));
+    for param in declared() {
+        let value = match (take_out(table, param.key), param.kind) {
+            (Some(Value::Float(number)), _) => Some(ParamValue::Number(number)),
+            (Some(Value::Integer(number)), _) => Some(ParamValue::Number(number as f64)),
+            (Some(Value::Boolean(flag)), _) => Some(ParamValue::Flag(flag)),
+            (Some(Value::String(typed)), ParamKind::Word(words)) => {
+                let known = words.iter().find(|known| known.word == typed);
+                known.map(|known| ParamValue::Word(known.word))
+            }
             _ => None,
-        }
+        };
+        parameters.extend(value.map(|value| (param.key, value)));
+    }
+    parameters
+}
+
+/// Converts a value to TOML.
+pub(super) fn to_value(value: &ParamValue) -> Value {
+    match *value {
+        ParamValue::Number(number) => whole(number).map_or(Value::Float(number), Value::Integer),
+        ParamValue::Word(word) => word.into(),
+        ParamValue::Flag(flag) => flag.into(),
+    }
+}
+
+/// Sets the values in `team`.
+pub(super) fn apply(parameters: &Parameters, team: &mut TeamParams) {
+    for param in declared() {
+        let value = match parameters.get(param.key) {
+            Some(ParamValue::Number(deg)) if param.is_angle() => ParamValue::Number(deg.to_radians()),
+            Some(value) => *value,
+            None => continue,
+        };
+        param.set(team, value);
+    }
+}
+
+/// Returns the number at a key.
+pub(super) fn number(parameters: &Parameters, key: &str) -> Option<f64> {
+    match parameters.get(key) {
+        Some(ParamValue::Number(number)) => Some(*number),
+        _ => None,
     }
 }

@@ -2,27 +2,19 @@
 
 use std::sync::Arc;
 
-use serde::Serialize;
-use standoff::Wind;
 use standoff::{
-    BankParams, ClimbParams, Duration, Position, SensorParams, SeparationParams, TargetParams, TargetState, TeamParams,
-    UavId, Velocity, WindParams,
+    BankParams, ClimbParams, Duration, ParamValue, Position, SensorParams, SeparationParams, TargetParams, TargetState,
+    TeamParams, Velocity, Wind, WindParams,
 };
-
 use standoff_score::{Buildings, CueError};
 
-use super::diagnostics::Problems;
 use super::error::ScenarioError;
-use super::load::{SPELT_OUT, Typed, check_size};
+use super::load::Typed;
 use super::number::Number;
-use super::parameters::{Parameters, TypedValue};
-use super::parse::to_toml;
-use super::resolved::{
-    Clock, Link, Manoeuvre, Outage, Partition, Radio, Restart, Scenario, SensorModel, Settings, Targets,
-};
-use super::sample::{DerivedDefaults, Draw, Drawing, value};
-use super::schema_types::resolved::{Ring, TargetAt};
-use super::schema_types::{self, AgentSetup, Labels, SpeedCommand, resolved};
+use super::parameters::{self, DERIVED};
+use super::resolved::{Scenario, SensorModel, Settings, Targets};
+use super::sample::value;
+use super::schema_types::{self, AgentSetup, Labels, Scatter, ScenarioFile, SpeedCommand, TargetAt};
 use super::traffic::{absence_warning, check_span, length_warning};
 use super::validate::{check_objects, check_settings, report};
 use super::warnings::warnings;
@@ -30,26 +22,26 @@ use super::{basemap, buildings, geofence, start};
 use crate::gusts::GustModel;
 use crate::navigation::NavigationModel;
 use crate::random::{Draws, Stream};
-use crate::target_id::TargetId;
 use crate::traffic::Traffic;
-use crate::wind::{WindModel, shear_factor};
+use crate::wind::WindModel;
 
 /// Draws all values, fills in defaults and checks everything.
 pub(super) fn resolve(typed: &Typed, traffic: Option<&Arc<Traffic>>, seed: u64) -> Result<Scenario, ScenarioError> {
-    let Checked { mut file, ring, scattered, settings } = checked(typed, traffic.map(Arc::as_ref), seed)?;
+    let (mut file, settings) = checked(typed, traffic.map(Arc::as_ref), seed)?;
     let targets = match (traffic, &mut file.targets) {
         (Some(traffic), _) => Targets::Traffic(Arc::clone(traffic)),
         (None, Some(targets)) => {
-            let scatter = typed.file.targets.as_ref().and_then(|targets| targets.random.as_ref());
-            if let Some(scatter) = scatter {
+            if let Some(scatter) = targets.random.take() {
                 let (sd_m_s2, draws) = (targets.acceleration_sd_m_s2, Draws::new(seed));
-                targets.start.extend((0..scattered).map(|index| scattered_target(scatter, index, sd_m_s2, draws)));
+                let scattered =
+                    (0..scatter.count as u64).map(|index| scattered_target(&scatter, index, sd_m_s2, draws));
+                targets.start.extend(scattered);
             }
             random_targets(targets)
         }
         (None, None) => unreachable!("a scenario without targets is refused"),
     };
-    let uavs = start::states(&mut file.uavs, ring.as_ref(), &settings.team, &targets);
+    let uavs = start::states(&mut file.uavs, &settings.team, &targets);
     let intruders = start::intruders(&mut file.intruders, &uavs, &settings.team);
     let mut warnings = warnings(&settings, &targets);
     warnings.extend(geofence::warnings(&settings, &uavs));
@@ -57,35 +49,20 @@ pub(super) fn resolve(typed: &Typed, traffic: Option<&Arc<Traffic>>, seed: u64) 
     warnings.extend(traffic.and_then(|traffic| absence_warning(&settings, traffic)));
     warnings.extend(typed.notes.iter().cloned());
     warnings.extend(traffic.iter().flat_map(|traffic| traffic.notes.iter().cloned()));
-    let outages = file.uavs.outage.iter().map(|outage| Outage {
-        uav: UavId(outage.uav as u32),
-        from_s: outage.from_s,
-        until_s: outage.until_s,
-    });
-    let late = file.uavs.boot_delay_s.unwrap_or(0.0.into());
+    let late = file.uavs.boot_delay_s.unwrap_or_default();
     let draws = Draws::new(seed);
     let starts_s = (1..).take(uavs.len()).map(|nth| value(&late, &"uavs.boot_delay_s", draws, nth)).collect();
-    let restarts = file.uavs.restart.iter().map(|restart| Restart {
-        uav: UavId(restart.uav as u32),
-        at_s: restart.at_s,
-        down_s: restart.down_s,
-    });
-    let clocks = file.uavs.clock.iter().map(|clock| Clock {
-        uav: UavId(clock.uav as u32),
-        offset_s: clock.offset_s,
-        drift_ppm: clock.drift_ppm,
-    });
     Ok(Scenario {
         name: typed.name.clone(),
         about: file.about.clone(),
         seed,
         uavs,
         intruders,
-        outages: outages.collect(),
-        radio: file.radio.as_ref().map(radio),
+        outages: file.uavs.outage.clone(),
+        radio: file.radio.clone(),
         starts_s,
-        restarts: restarts.collect(),
-        clocks: clocks.collect(),
+        restarts: file.uavs.restart.clone(),
+        clocks: file.uavs.clock.clone(),
         map: basemap::files(typed),
         targets,
         warnings,
@@ -94,68 +71,32 @@ pub(super) fn resolve(typed: &Typed, traffic: Option<&Arc<Traffic>>, seed: u64) 
     })
 }
 
-fn radio(radio: &resolved::Radio) -> Radio {
-    let (loss, delay_s) = (radio.packet_loss.unwrap_or(0.0.into()), radio.latency_s.unwrap_or(0.0.into()));
-    let links = radio.link.iter().map(|link| Link {
-        from: UavId(link.from as u32),
-        to: UavId(link.to as u32),
-        packet_loss: link.packet_loss.unwrap_or(loss),
-        latency_s: link.latency_s.unwrap_or(delay_s),
-    });
-    let side = |side: &Vec<f64>| side.iter().map(|uav| UavId(*uav as u32)).collect();
-    let partitions = radio.partition.iter().map(|partition| Partition {
-        from_s: partition.from_s,
-        until_s: partition.until_s,
-        sides: partition.sides.iter().map(side).collect(),
-    });
-    Radio {
-        packet_loss: loss,
-        latency_s: delay_s,
-        duplication: radio.duplication,
-        range_m: radio.range_m,
-        bandwidth_bytes_per_s: radio.bandwidth_bytes_per_s,
-        fault_until_s: radio.fault_until_s,
-        links: links.collect(),
-        partitions: partitions.collect(),
-    }
-}
-
-/// A scenario in which everything is drawn except for the starts of targets and UAVs that are not listed.
-pub(super) struct Checked {
-    file: resolved::ScenarioFile,
-    ring: Option<Ring>,
-    /// Number of targets to draw.
-    scattered: u64,
-    settings: Settings,
-}
-
 /// Draws, fills in and checks everything except for the starts of targets and UAVs that are not listed.
-pub(super) fn checked(typed: &Typed, traffic: Option<&Traffic>, seed: u64) -> Result<Checked, ScenarioError> {
-    let (file, mut drawing) = drawn(&typed.file, traffic, Draws::new(seed));
-    let ring = typed.file.uavs.start_ring.drawn(&"uavs.start_ring.", &mut drawing);
-    // These targets are drawn later, one by one.
-    drawing.is_of_many = true;
-    let scatter =
-        typed.file.targets.as_ref().and_then(|targets| targets.random.drawn(&"targets.random.", &mut drawing));
+pub(super) fn checked(
+    typed: &Typed,
+    traffic: Option<&Traffic>,
+    seed: u64,
+) -> Result<(ScenarioFile, Settings), ScenarioError> {
+    let (mut file, mut problems) = typed.drawn(Draws::new(seed))?;
+    fill_in(&mut file, traffic);
     if let Some(traffic) = traffic {
         check_span(typed, file.period_s, traffic)?;
     }
     let mut settings = settings(&file);
-    let mut problems = drawing.problems;
     settings.geofence = geofence::geofence(&file.geofence, &mut problems);
     settings.buildings = buildings::buildings(file.world.as_ref(), &mut problems);
-    if typed.file.needs_an_agent_per_uav() {
+    if file.needs_an_agent_per_uav() {
         settings.team.link = standoff::LinkModel::Lossy;
     }
     // A rejected bandwidth is not reported twice.
     let radio = file.radio.as_ref().filter(|_| problems.found.is_empty());
     settings.team.log.bandwidth_bytes_per_s = radio.and_then(|radio| radio.bandwidth_bytes_per_s);
-    if settings.agents == AgentSetup::Shared && typed.file.needs_an_agent_per_uav() {
+    if settings.agents == AgentSetup::Shared && file.needs_an_agent_per_uav() {
         let what = "a single agent for all UAVs needs an ideal radio: with [radio], restarts, late starts or clocks \
                     set \"per-uav\", or leave out the key";
         problems.add("team.agents", what, None);
     }
-    check_objects(&file, ring.as_ref(), scatter.as_ref(), &mut problems);
+    check_objects(&file, &mut problems);
     let over = settings.team.errors_for_period(settings.period);
     check_settings(&file, &settings.team, over, &mut problems);
     if problems.found.is_empty() {
@@ -164,82 +105,39 @@ pub(super) fn checked(typed: &Typed, traffic: Option<&Traffic>, seed: u64) -> Re
         geofence::check_room(&settings.geofence, &settings, &mut problems);
     }
     report(problems, typed, seed)?;
-    let scattered = scatter.map_or(0, |scatter| scatter.count as u64);
-    Ok(Checked { file, ring, scattered, settings })
+    Ok((file, settings))
 }
 
 /// Returns the settings of a resolved scenario, whatever version flew it, so that old records stay readable.
 pub(super) fn settings_of_record(typed: &Typed) -> Result<Settings, ScenarioError> {
-    let (file, mut drawing) = drawn(&typed.file, None, Draws::new(0));
+    let (mut file, mut problems) = typed.drawn(Draws::new(0))?;
+    fill_in(&mut file, None);
     // The starts of UAVs and intruders do not matter here: a ring about distant targets can exceed the range of typed
     // coordinates.
-    drawing.problems.found.retain(|found| !found.key.contains(".start.") && !found.key.starts_with("intruders."));
+    problems.found.retain(|found| !found.key.contains(".start.") && !found.key.starts_with("intruders."));
     let mut settings = settings(&file);
-    settings.geofence = geofence::geofence(&file.geofence, &mut drawing.problems);
-    settings.buildings = buildings::buildings(file.world.as_ref(), &mut drawing.problems);
-    check_settings(&file, &settings.team, Vec::new(), &mut drawing.problems);
-    report(drawing.problems, typed, 0)?;
+    settings.geofence = geofence::geofence(&file.geofence, &mut problems);
+    settings.buildings = buildings::buildings(file.world.as_ref(), &mut problems);
+    check_settings(&file, &settings.team, Vec::new(), &mut problems);
+    report(problems, typed, 0)?;
     Ok(settings)
 }
 
-/// Draws every number for a seed; also returns the drawing with its problems.
-fn drawn(
-    file: &schema_types::ScenarioFile,
-    traffic: Option<&Traffic>,
-    draws: Draws,
-) -> (resolved::ScenarioFile, Drawing) {
-    let absent = absent(file, traffic, draws);
-    let mut drawing = Drawing { draws, is_of_many: false, absent, problems: Problems::default() };
-    (file.drawn(&"", &mut drawing), drawing)
-}
-
-/// Returns the defaults of numbers that depend on other values.
-fn absent(file: &schema_types::ScenarioFile, traffic: Option<&Traffic>, draws: Draws) -> DerivedDefaults {
-    let of = |key: &str, number: &Number| value(number, &key, draws, 0);
-    let or_default = |noise: f64, default: f64| if noise > 0.0 { noise } else { default };
-    // Measured cars: 0.2-0.5 1/s and 0.5-1 m/s2 per axis.
-    let model = file.targets.as_ref().map_or((0.3, 0.75), |targets| {
-        let rate_1_s = of("targets.correlation_rate_1_s", &targets.correlation_rate_1_s);
-        (rate_1_s, of("targets.acceleration_sd_m_s2", &targets.acceleration_sd_m_s2))
-    });
-    let lowest_m = match file.parameters.value("groups.altitude_lowest_m") {
-        Some(TypedValue::Number(typed)) => of("groups.altitude_lowest_m", &typed),
-        _ => 0.0,
-    };
-    let wind_m_s = file.wind.as_ref().map_or(0.0, |wind| {
-        let of = |name: &str, number: &Number| of(&format!("wind.{name}"), number);
-        let speed_m_s = of("speed_m_s", &wind.speed_m_s);
-        let height_m = of("reference_height_m", &wind.reference_height_m);
-        speed_m_s * shear_factor(lowest_m, height_m, of("shear_exponent", &wind.shear_exponent))
-    });
-    DerivedDefaults {
-        duration_s: traffic.map_or(100.0, Traffic::span_s),
-        // Table I's T_s.
-        period_s: 0.5,
-        transient_s: 30.0,
-        count: file.uavs.start.len().max(1) as f64,
-        parameters: [
-            model.0,
-            model.1,
-            or_default(of("sensor.range_sd_m", &file.sensor.range_sd_m), 10.0),
-            or_default(of("sensor.bearing_sd_deg", &file.sensor.bearing_sd_deg), 3.0),
-            of("sensor.detection_probability", &file.sensor.detection_probability),
-            of("sensor.mdv_m_s", &file.sensor.mdv_m_s),
-            or_default(file.sensor.range_rate_sd_m_s.map_or(0.0, |sd| of("sensor.range_rate_sd_m_s", &sd)), 0.5),
-            of("sensor.false_alarms_per_scan", &file.sensor.false_alarms_per_scan),
-            if file.targets.as_ref().is_none_or(|targets| !targets.manoeuvre.is_empty()) { 0.03 } else { 0.0 },
-            if file.targets.is_none() { 0.05 } else { 0.0 },
-            of("navigation.position_sd_m", &file.navigation.position_sd_m),
-            of("navigation.correlation_s", &file.navigation.correlation_s),
-            of("navigation.heading_bias_deg", &file.navigation.heading_bias_deg),
-            wind_m_s,
-            wind_m_s,
-            file.wind.as_ref().map_or(0.0, |wind| of("wind.from_deg", &wind.from_deg)),
-        ],
+/// Fills in the defaults that depend on other values.
+fn fill_in(file: &mut ScenarioFile, traffic: Option<&Traffic>) {
+    if file.duration_s.is_nan() {
+        file.duration_s = traffic.map_or(100.0, Traffic::span_s);
+    }
+    if file.uavs.count.is_nan() {
+        file.uavs.count = file.uavs.start.len().max(1) as f64;
+    }
+    for (key, _, default) in DERIVED {
+        let default = default(file);
+        file.parameters.entry(key).or_insert(ParamValue::Number(default));
     }
 }
 
-fn settings(file: &resolved::ScenarioFile) -> Settings {
+fn settings(file: &ScenarioFile) -> Settings {
     let manoeuvres = file.targets.iter().flat_map(|targets| &targets.manoeuvre);
     let (team, sensor) = (team(file), &file.sensor);
     Settings {
@@ -289,22 +187,22 @@ fn settings(file: &resolved::ScenarioFile) -> Settings {
 }
 
 /// Returns the team parameters. The library checks their ranges.
-pub(super) fn team(file: &resolved::ScenarioFile) -> TeamParams {
+pub(super) fn team(file: &ScenarioFile) -> TeamParams {
     let mut team = TeamParams::recommended();
     team.log.period_s = file.period_s;
-    team.separation = file.separation.0.as_ref().map(|_| SeparationParams::default());
+    team.separation = file.separation.is_on().then(SeparationParams::default);
     // Vertical separation needs simulated altitudes, and so do buildings, which hide less from above.
     let has_buildings = file.world.as_ref().is_some_and(|world| !world.building_outlines_cm.is_empty());
-    let has_altitudes = file.uavs.climb.is_some() || file.separation.0.is_some() || has_buildings;
+    let has_altitudes = file.uavs.climb.is_some() || file.separation.is_on() || has_buildings;
     team.uav.climb = has_altitudes.then(ClimbParams::default);
     team.uav.bank = file.uavs.bank.as_ref().map(|_| BankParams::default());
     team.wind = file.wind.as_ref().map(|_| WindParams::default());
-    file.parameters.apply_to(&mut team);
+    parameters::apply(&file.parameters, &mut team);
     team
 }
 
 /// See [`Settings::faults_end_s`].
-fn faults_end_s(file: &resolved::ScenarioFile) -> Option<f64> {
+fn faults_end_s(file: &ScenarioFile) -> Option<f64> {
     let partitions = file.radio.iter().flat_map(|radio| radio.partition.iter().map(|partition| partition.until_s));
     let radio = file.radio.iter().filter_map(|radio| radio.fault_until_s);
     let restarts = file.uavs.restart.iter().map(|restart| restart.at_s + restart.down_s);
@@ -312,7 +210,7 @@ fn faults_end_s(file: &resolved::ScenarioFile) -> Option<f64> {
     ends_s.reduce(f64::max)
 }
 
-fn target_model(targets: &resolved::Targets) -> TargetParams {
+fn target_model(targets: &schema_types::Targets) -> TargetParams {
     TargetParams {
         correlation_rate_1_s: targets.correlation_rate_1_s,
         acceleration_sd_m_s2: targets.acceleration_sd_m_s2,
@@ -320,7 +218,7 @@ fn target_model(targets: &resolved::Targets) -> TargetParams {
 }
 
 /// Draws one target of `[targets.random]`.
-fn scattered_target(scatter: &schema_types::Scatter, index: u64, acceleration_sd_m_s2: f64, draws: Draws) -> TargetAt {
+fn scattered_target(scatter: &Scatter, index: u64, acceleration_sd_m_s2: f64, draws: Draws) -> TargetAt {
     let of = |key: &str, number: &Number| value(number, &format_args!("targets.random.{key}"), draws, index + 1);
     let acceleration: [f64; 2] = draws.at(Stream::TargetMotion, index, 0).normals();
     let [ax_m_s2, ay_m_s2] = acceleration.map(|normal| normal * acceleration_sd_m_s2);
@@ -335,24 +233,10 @@ fn scattered_target(scatter: &schema_types::Scatter, index: u64, acceleration_sd
 }
 
 /// Converts the listed targets.
-fn random_targets(targets: &resolved::Targets) -> Targets {
+fn random_targets(targets: &schema_types::Targets) -> Targets {
     let start = targets.start.iter().map(|at| {
         let position = Position::from_m(at.x_m, at.y_m);
         TargetState::new(position, Velocity::from_m_s(at.vx_m_s, at.vy_m_s), [at.ax_m_s2, at.ay_m_s2])
     });
-    let manoeuvres = targets.manoeuvre.iter().map(|manoeuvre| Manoeuvre {
-        target: TargetId(manoeuvre.target as u32),
-        from_s: manoeuvre.from_s,
-        until_s: manoeuvre.until_s,
-        acceleration_m_s2: [manoeuvre.ax_m_s2, manoeuvre.ay_m_s2],
-    });
-    Targets::Random { model: target_model(targets), start: start.collect(), manoeuvres: manoeuvres.collect() }
-}
-
-/// Serialises a typed or resolved scenario as text that can be read again.
-pub(super) fn text(name: &str, file: &impl Serialize, parameters: &Parameters) -> Result<String, ScenarioError> {
-    let text = to_toml(file, parameters).and_then(|table| toml::to_string(&table));
-    let text = text.map_err(|error| ScenarioError::one(name, None, error.to_string()))?;
-    check_size(name, &text, SPELT_OUT)?;
-    Ok(text)
+    Targets::Random { model: target_model(targets), start: start.collect(), manoeuvres: targets.manoeuvre.clone() }
 }

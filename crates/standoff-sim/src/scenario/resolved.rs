@@ -8,11 +8,8 @@ use standoff_io::geodesy::{Origin, Unit};
 use standoff_score::{Buildings, CueError, Noise, ScoreConfig};
 
 use super::basemap::MapFile;
-use super::number::Number;
-use super::schema_types::AgentSetup;
-use super::schema_types::resolved::ScenarioFile;
+use super::schema_types::{AgentSetup, Clock, Manoeuvre, Outage, Radio, Restart, ScenarioFile};
 use crate::navigation::NavigationModel;
-use crate::target_id::TargetId;
 use crate::traffic::Traffic;
 use crate::wind::WindModel;
 
@@ -170,17 +167,6 @@ pub enum Targets {
     Traffic(Arc<Traffic>),
 }
 
-/// Interval without measurements and transmissions of a UAV.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Outage {
-    /// UAV.
-    pub uav: UavId,
-    /// Start, s.
-    pub from_s: f64,
-    /// End, s; not before the start.
-    pub until_s: f64,
-}
-
 /// An aircraft outside the team.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Intruder {
@@ -194,87 +180,6 @@ pub struct Intruder {
     pub altitude_m: Option<f64>,
     /// Intervals without position reports: start and end, s.
     pub transponder_off_s: Vec<[f64; 2]>,
-}
-
-/// Radio faults. Cues come from outside the team: they are lost, late and duplicated like messages, but their range is
-/// unlimited.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Radio {
-    /// Probability that a message is lost, 0 to 1, drawn for each message and receiver.
-    pub packet_loss: Number,
-    /// Latency of a message, s, not negative, drawn for each message and receiver.
-    pub latency_s: Number,
-    /// Probability that a received message is received twice, 0 to 1.
-    pub duplication: f64,
-    /// Maximum range, m, above 0; `None`: unlimited.
-    pub range_m: Option<f64>,
-    /// Maximum data rate that a UAV sends, bytes/s, above 0; `None`: unlimited.
-    pub bandwidth_bytes_per_s: Option<f64>,
-    /// End of all faults except partitions, s.
-    pub fault_until_s: Option<f64>,
-    /// Links with other faults, at most one per sender and receiver.
-    pub links: Vec<Link>,
-    /// Network partitions.
-    pub partitions: Vec<Partition>,
-}
-
-/// A one-way link with its own faults.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Link {
-    /// Sender.
-    pub from: UavId,
-    /// Receiver.
-    pub to: UavId,
-    /// See [`Radio::packet_loss`].
-    pub packet_loss: Number,
-    /// See [`Radio::latency_s`].
-    pub latency_s: Number,
-}
-
-/// A network partition: for some time, only UAVs of one side receive each other.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Partition {
-    /// Start, s.
-    pub from_s: f64,
-    /// End, s; not before the start.
-    pub until_s: f64,
-    /// Sides, disjoint. A UAV on no side neither sends to nor receives from others.
-    pub sides: Vec<Vec<UavId>>,
-}
-
-/// Restart of a computer, with an empty team state.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Restart {
-    /// UAV.
-    pub uav: UavId,
-    /// Start, s.
-    pub at_s: f64,
-    /// Time without the computer, s, not negative.
-    pub down_s: f64,
-}
-
-/// Error of a UAV's clock.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Clock {
-    /// UAV.
-    pub uav: UavId,
-    /// Offset at the start, s, positive if the clock is ahead.
-    pub offset_s: f64,
-    /// Drift, parts per million, above -1e6, positive if the clock is too fast.
-    pub drift_ppm: f64,
-}
-
-/// An acceleration in addition to the random one.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Manoeuvre {
-    /// Target.
-    pub target: TargetId,
-    /// Start, s.
-    pub from_s: f64,
-    /// End, s; not before the start.
-    pub until_s: f64,
-    /// Acceleration east and north, m/s2.
-    pub acceleration_m_s2: [f64; 2],
 }
 
 impl Scenario {

@@ -1,72 +1,69 @@
-//! Draws the numbers of a scenario, fills in absent ones, and checks their ranges.
+//! Draws the numbers of a scenario, and checks their ranges.
 
 use std::fmt::Display;
 
 use standoff::validation::Allowed;
+use toml::{Table, Value};
 
 use super::diagnostics::Problems;
 use super::number::Number;
+use super::parameters;
+use super::schema::{Node, root};
+use super::schema_types::{KeyRange, ScenarioFile};
 use crate::random::{Draws, Stream};
 
-/// A table whose numbers can be drawn.
-pub(super) trait Draw {
-    /// The table with plain numbers.
-    type Drawn;
-
-    /// Draws the table; `at` is the prefix of its keys, such as `uavs.start.1.`.
-    fn drawn(&self, at: &dyn Display, drawing: &mut Drawing) -> Self::Drawn;
-}
-
-impl<T: Draw> Draw for Option<T> {
-    type Drawn = Option<T::Drawn>;
-
-    fn drawn(&self, at: &dyn Display, drawing: &mut Drawing) -> Self::Drawn {
-        self.as_ref().map(|table| table.drawn(at, drawing))
-    }
-}
-
-impl<T: Draw> Draw for Vec<T> {
-    type Drawn = Vec<T::Drawn>;
-
-    fn drawn(&self, at: &dyn Display, drawing: &mut Drawing) -> Self::Drawn {
-        self.iter().enumerate().map(|(index, table)| table.drawn(&format_args!("{at}{index}."), drawing)).collect()
-    }
-}
-
-/// Defaults of numbers that depend on other values, by key.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct DerivedDefaults {
-    pub(super) duration_s: f64,
-    pub(super) period_s: f64,
-    pub(super) transient_s: f64,
-    pub(super) count: f64,
-    /// Parameters of the library, in the order of [`DERIVED`](super::parameters::DERIVED).
-    pub(super) parameters: [f64; 16],
+/// Draws a scenario whose form is right. Also returns the numbers that are out of range.
+pub(super) fn drawn(typed: &Table, draws: Draws) -> Result<(ScenarioFile, Problems), toml::de::Error> {
+    let (mut table, mut drawing) = (typed.clone(), Drawing { draws, problems: Problems::default() });
+    drawing.table(root(), &"", &mut table);
+    let parameters = parameters::take(&mut table);
+    let file: ScenarioFile = table.try_into()?;
+    Ok((ScenarioFile { parameters, ..file }, drawing.problems))
 }
 
 /// State of drawing the numbers of a seed, with the problems found.
-pub(super) struct Drawing {
-    pub(super) draws: Draws,
-    /// True for numbers that are drawn many times later: their most extreme values must be in range.
-    pub(super) is_of_many: bool,
-    pub(super) absent: DerivedDefaults,
-    pub(super) problems: Problems,
+struct Drawing {
+    draws: Draws,
+    problems: Problems,
 }
 
 impl Drawing {
-    /// Draws and checks the number at a key of the table with the prefix `at`.
-    pub(super) fn number(&mut self, at: &dyn Display, key: &str, number: &Number, allowed: Allowed) -> f64 {
+    /// Draws the numbers of a table; `at` is the prefix of its keys, such as `uavs.start.1.`.
+    fn table(&mut self, node: Node, at: &dyn Display, table: &mut Table) {
+        for (name, value) in table.iter_mut() {
+            if let Some(inner) = node.key(name) {
+                self.value(inner, node.range(name), &format_args!("{at}{name}"), value);
+            }
+        }
+    }
+
+    fn value(&mut self, node: Node, range: Option<&KeyRange>, key: &dyn Display, value: &mut Value) {
+        match value {
+            _ if node.is_number() => self.number(range, key, value),
+            Value::Table(table) => self.table(node, &format_args!("{key}."), table),
+            Value::Array(values) => {
+                let Some(element) = node.element() else { return };
+                for (index, value) in values.iter_mut().enumerate() {
+                    self.value(element, None, &format_args!("{key}.{index}"), value);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn number(&mut self, range: Option<&KeyRange>, key: &dyn Display, value: &mut Value) {
+        let Ok(number) = Number::read(value) else { return };
+        let (allowed, is_of_many) = range.map_or((Allowed::FINITE, false), |range| (range.allowed, range.is_of_many));
         // Fast path: most numbers are valid constants.
-        if let Number::Constant(value) = *number
+        if let Number::Constant(value) = number
             && allowed.contains(value)
         {
-            return value;
+            return;
         }
-        let key = format_args!("{at}{key}");
-        let value = value(number, &key, self.draws, 0);
-        let checked = if self.is_of_many { *number } else { Number::Constant(value) };
+        let drawn = self::value(&number, key, self.draws, 0);
+        let checked = if is_of_many { number } else { Number::Constant(drawn) };
         if let Some(what) = number.problem() {
-            self.problems.add(key.to_string(), what, Some(*number));
+            self.problems.add(key.to_string(), what, Some(number));
         } else if allowed == Allowed::FINITE {
             // The range is checked elsewhere.
         } else if let Some(outside) = checked.extremes().into_iter().find(|extreme| !allowed.contains(*extreme)) {
@@ -74,25 +71,9 @@ impl Drawing {
             let which = if is_one { String::new() } else { format!("up to {outside}: ") };
             self.problems.add(key.to_string(), format!("{which}must be {allowed}"), Some(checked));
         }
-        value
-    }
-
-    /// Checks the range of a number that the mission draws many times.
-    pub(super) fn check_many(&mut self, at: &dyn Display, key: &str, number: &Number, allowed: Allowed) {
-        let is_of_many = std::mem::replace(&mut self.is_of_many, true);
-        self.number(at, key, number, allowed);
-        self.is_of_many = is_of_many;
-    }
-
-    /// Draws the numbers in a list of lists.
-    pub(super) fn lists(&mut self, at: &dyn Display, key: &str, lists: &[Vec<Number>]) -> Vec<Vec<f64>> {
-        let list = |(list, numbers): (usize, &Vec<Number>)| {
-            let at = format!("{at}{key}.{list}.");
-            let number =
-                |(index, number): (usize, &Number)| self.number(&at, &index.to_string(), number, Allowed::FINITE);
-            numbers.iter().enumerate().map(number).collect()
-        };
-        lists.iter().enumerate().map(list).collect()
+        if !is_of_many {
+            *value = Value::Float(drawn);
+        }
     }
 }
 

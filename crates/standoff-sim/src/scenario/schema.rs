@@ -7,11 +7,12 @@ use schemars::Schema;
 use schemars::generate::SchemaSettings;
 use schemars::transform::{RecursiveTransform, Transform};
 use serde_json::{Map, Value, json};
-use standoff::ParamInfo;
 use standoff::params::ParamKind;
+use standoff::{Law, ParamInfo, ParamValue};
 
-use super::parameters::{DERIVED, Parameters, declared, split, tables};
-use super::schema_types::ScenarioFile;
+use super::number::whole;
+use super::parameters::{DERIVED, declared, defaults, split, tables};
+use super::schema_types::{KeyRange, Parameters, RANGES, ScenarioFile};
 
 /// Returns the JSON schema (draft 7, which TOML editors support) of a scenario file.
 pub fn schema() -> Value {
@@ -19,9 +20,9 @@ pub fn schema() -> Value {
     let mut schema = generator.root_schema_for::<ScenarioFile>();
     RecursiveTransform(without_null).transform(&mut schema);
     schema.insert("title".to_owned(), "A scenario of standoff".into());
-    let mut keys = Keys { root: schema.to_value() };
-    tables().into_iter().for_each(|table| keys.insert_parameters(table));
-    keys.root
+    let (mut root, defaults) = (schema.to_value(), defaults(Law::Standoff));
+    tables().into_iter().for_each(|table| insert_parameters(&mut root, table, &defaults));
+    root
 }
 
 /// Keys of the simulator that stand between the library's numbers and words; others follow them.
@@ -46,8 +47,12 @@ fn property(param: &ParamInfo, defaults: &Parameters) -> Value {
         }
         ParamKind::Flag => (String::new(), ("type", "boolean".into())),
     };
-    let derived = DERIVED.iter().find(|(key, _)| *key == param.key).map(|(_, absent)| format!(" {absent}"));
-    let default = defaults.value(param.key).and_then(|default| serde_json::to_value(default).ok());
+    let derived = DERIVED.iter().find(|(key, ..)| *key == param.key).map(|(_, is, _)| format!(" If absent: {is}."));
+    let default = defaults.get(param.key).map(|default| match *default {
+        ParamValue::Number(number) => whole(number).map_or(number.into(), Value::from),
+        ParamValue::Word(word) => word.into(),
+        ParamValue::Flag(flag) => flag.into(),
+    });
     let mut property = Map::new();
     property.extend(default.map(|default| ("default".to_owned(), default)));
     let description = format!("{}{what}{}", param.doc(), derived.unwrap_or_default());
@@ -72,93 +77,125 @@ fn without_null(schema: &mut Schema) {
     }
 }
 
-/// Schema in which keys are looked up.
-pub(super) static KEYS: LazyLock<Keys> = LazyLock::new(|| Keys { root: schema() });
-
-/// Known keys and values.
-pub(super) struct Keys {
-    root: Value,
+/// Inserts the keys of the library's parameters into a table.
+fn insert_parameters(root: &mut Value, table: &str, defaults: &Parameters) {
+    let forms = Node::top(root).at(table).map(Node::forms).unwrap_or_default();
+    let definition = forms.iter().find(|form| form.json_type() == Some("object")).map(|form| form.name.to_owned());
+    let definition = definition.and_then(|name| root.pointer_mut(&format!("/definitions/{name}"))?.as_object_mut());
+    let Some(definition) = definition else { return };
+    let properties = definition.entry("properties").or_insert_with(|| Map::new().into());
+    let Some(Value::Object(own)) = Some(std::mem::take(properties)) else { return };
+    let (before, after): (Map<_, _>, Map<_, _>) =
+        own.into_iter().partition(|(key, _)| BEFORE_WORDS.contains(&key.as_str()));
+    let parameters = |is_number: bool| {
+        let of_table = declared().filter(move |param| split(param).0 == table && param.kind.is_number() == is_number);
+        of_table.map(|param| (split(param).1.to_owned(), property(param, defaults)))
+    };
+    let all = parameters(true).chain(before).chain(parameters(false)).chain(after);
+    *properties = Value::Object(all.collect());
 }
 
-impl Keys {
-    /// Returns the keys of the table `table` (dotted; empty for the root); `None` if it is not a table.
-    pub(super) fn of(&self, table: &str) -> Option<Vec<&str>> {
-        Some(self.node(table)?.get("properties")?.as_object()?.keys().map(String::as_str).collect())
+/// Returns the schema of a whole scenario, in which keys are looked up.
+pub(super) fn root() -> Node<'static> {
+    static SCHEMA: LazyLock<Value> = LazyLock::new(schema);
+    Node::top(&SCHEMA)
+}
+
+/// The part of the schema that belongs to a key.
+#[derive(Clone, Copy)]
+pub(super) struct Node<'a> {
+    root: &'a Value,
+    json: &'a Value,
+    /// Name of its definition; empty if it has none.
+    name: &'a str,
+}
+
+impl<'a> Node<'a> {
+    fn top(root: &'a Value) -> Self {
+        Self { root, json: root, name: "ScenarioFile" }
     }
 
-    /// Returns the values of a key that accepts fixed words; `None` for other keys.
-    pub(super) fn words(&self, key: &str) -> Option<Vec<&str>> {
-        let words = self.node(key)?.get("oneOf")?.as_array()?;
+    /// Follows the reference of a part to its definition, if it has one.
+    fn of(root: &'a Value, json: &'a Value) -> Self {
+        let reference = json.pointer("/allOf/0/$ref").or_else(|| json.get("$ref")).and_then(Value::as_str);
+        let definition = reference.and_then(|name| root.pointer(name.trim_start_matches('#')));
+        let name = reference.and_then(|name| name.rsplit('/').next()).unwrap_or_default();
+        Self { root, json: definition.unwrap_or(json), name }
+    }
+
+    /// The forms that a value of the key may have.
+    pub(super) fn forms(self) -> Vec<Self> {
+        match self.json.get("anyOf").and_then(Value::as_array) {
+            Some(forms) => forms.iter().map(|form| Self::of(self.root, form)).collect(),
+            None => vec![self],
+        }
+    }
+
+    /// Type of the values in JSON.
+    pub(super) fn json_type(self) -> Option<&'a str> {
+        self.json.get("type")?.as_str()
+    }
+
+    /// Returns whether the values are numbers, or distributions.
+    pub(super) fn is_number(self) -> bool {
+        self.name == "Number"
+    }
+
+    /// Returns the fixed words that are allowed; `None` for other keys.
+    pub(super) fn words(self) -> Option<Vec<&'a str>> {
+        let words = self.json.get("oneOf")?.as_array()?;
         words.iter().map(|word| word.get("const")?.as_str()).collect()
     }
 
-    /// Returns the key of the number to which `key` belongs, if `key` is a number or part of a number's distribution.
-    pub(super) fn number<'k>(&self, key: &'k str) -> Option<&'k str> {
-        let ends = key.match_indices('.').map(|(end, _)| end).chain([key.len()]);
-        let mut prefixes = ends.map(|end| &key[..end]);
-        prefixes.find(|prefix| {
-            self.raw(prefix).is_some_and(|node| reference(node).is_some_and(|name| name.ends_with("/Number")))
+    /// Returns the keys of a table; `None` if it is not a table.
+    pub(super) fn keys(self) -> Option<Vec<&'a str>> {
+        Some(self.properties()?.keys().map(String::as_str).collect())
+    }
+
+    fn properties(self) -> Option<&'a Map<String, Value>> {
+        let of = |form: Self| form.json.get("properties")?.as_object();
+        of(self).or_else(|| self.forms().into_iter().find_map(of))
+    }
+
+    /// Returns the part of a key of this table.
+    pub(super) fn key(self, key: &str) -> Option<Self> {
+        Some(Self::of(self.root, self.properties()?.get(key)?))
+    }
+
+    /// Returns the part of the elements of an array.
+    pub(super) fn element(self) -> Option<Self> {
+        let of = |form: Self| form.json.get("items");
+        Some(Self::of(self.root, of(self).or_else(|| self.forms().into_iter().find_map(of))?))
+    }
+
+    /// Returns the part of a dotted key, in which arrays may have an index.
+    pub(super) fn at(self, key: &str) -> Option<Self> {
+        let parts = key.split('.').filter(|part| !part.is_empty());
+        parts.filter(|part| part.parse::<usize>().is_err()).try_fold(self, |node, part| {
+            let node = node.element().unwrap_or(node);
+            node.key(part)
         })
     }
 
-    /// Returns all tables that have a key of that name.
-    pub(super) fn tables_with(&self, key: &str) -> Vec<String> {
-        let tables = self.of("").unwrap_or_default().into_iter().flat_map(|table| {
-            let inner = self.of(table).unwrap_or_default().into_iter().map(move |inner| format!("{table}.{inner}"));
+    /// Returns the range of the numbers at a key of this table.
+    pub(super) fn range(self, key: &str) -> Option<&'static KeyRange> {
+        let (_, ranges) = RANGES.iter().find(|(table, _)| *table == self.name)?;
+        ranges.iter().find(|range| range.key == key)
+    }
+
+    /// Returns this table and all tables in it that have a key of that name.
+    pub(super) fn tables_with(self, key: &str) -> Vec<String> {
+        let tables = self.keys().unwrap_or_default().into_iter().flat_map(|table| {
+            let inner = self.at(table).map(|node| node.element().unwrap_or(node)).and_then(Self::keys);
+            let inner = inner.unwrap_or_default().into_iter().map(move |inner| format!("{table}.{inner}"));
             std::iter::once(table.to_owned()).chain(inner)
         });
-        std::iter::once(String::new())
-            .chain(tables)
-            .filter(|table| self.of(table).is_some_and(|keys| keys.contains(&key)))
-            .collect()
-    }
-
-    /// Inserts the keys of the library's parameters into a table.
-    fn insert_parameters(&mut self, table: &str) {
-        let definition = self.raw(table).and_then(reference).map(|name| name.trim_start_matches('#').to_owned());
-        let definition = definition.and_then(|pointer| self.root.pointer_mut(&pointer)).and_then(Value::as_object_mut);
-        let Some(definition) = definition else { return };
-        let properties = definition.entry("properties").or_insert_with(|| Map::new().into());
-        let Some(Value::Object(own)) = Some(std::mem::take(properties)) else { return };
-        let (before, after): (Map<_, _>, Map<_, _>) =
-            own.into_iter().partition(|(key, _)| BEFORE_WORDS.contains(&key.as_str()));
-        let defaults = Parameters::default();
-        let parameters = |is_number: bool| {
-            let of_table =
-                declared().filter(move |param| split(param).0 == table && param.kind.is_number() == is_number);
-            of_table.map(|param| (split(param).1.to_owned(), property(param, &defaults)))
+        let has_key = |table: &String| {
+            let node = self.at(table).map(|node| node.element().unwrap_or(node));
+            node.and_then(Self::keys).is_some_and(|keys| keys.contains(&key))
         };
-        let all = parameters(true).chain(before).chain(parameters(false)).chain(after);
-        *properties = Value::Object(all.collect());
+        std::iter::once(String::new()).chain(tables).filter(has_key).collect()
     }
-
-    fn node(&self, key: &str) -> Option<&Value> {
-        Some(self.followed(self.raw(key)?))
-    }
-
-    /// Returns the schema node of a key, without following references. Arrays may be given with or without an index.
-    fn raw(&self, key: &str) -> Option<&Value> {
-        let parts = key.split('.').filter(|part| !part.is_empty());
-        parts
-            .filter(|part| part.parse::<usize>().is_err())
-            .try_fold(&self.root, |node, part| {
-                let node = self.followed(node);
-                let node = node.get("items").map_or(node, |items| self.followed(items));
-                node.get("properties")?.get(part)
-            })
-            .map(|node| self.followed(node).get("items").unwrap_or(node))
-    }
-
-    fn followed<'a>(&'a self, node: &'a Value) -> &'a Value {
-        let pointed = reference(node).and_then(|name| self.root.pointer(name.trim_start_matches('#')));
-        pointed.unwrap_or(node)
-    }
-}
-
-/// Returns the definition that a node refers to.
-fn reference(node: &Value) -> Option<&str> {
-    let node = node.pointer("/allOf/0").or_else(|| node.pointer("/anyOf/0")).unwrap_or(node);
-    node.get("$ref")?.as_str()
 }
 
 #[cfg(test)]
@@ -167,21 +204,29 @@ mod tests {
 
     #[test]
     fn keys_are_found_in_tables_and_in_arrays_of_tables() {
-        assert!(KEYS.of("").unwrap().contains(&"duration_s"));
-        assert!(KEYS.of("uavs.start").unwrap().contains(&"heading_deg"));
-        assert!(KEYS.of("uavs.start.3").unwrap().contains(&"heading_deg"));
-        assert_eq!(KEYS.of("uavs.speed_m_s"), None);
-        assert_eq!(KEYS.words("guidance.orbit_direction"), Some(vec!["anticlockwise", "clockwise"]));
-        assert_eq!(KEYS.words("guidance.lead_s"), None);
-        assert_eq!(KEYS.number("orbit.margin_sds.uniform.min"), Some("orbit.margin_sds"));
-        assert_eq!(KEYS.number("targets.start.1.x_m"), Some("targets.start.1.x_m"));
-        assert_eq!(KEYS.number("duration_s"), Some("duration_s"));
-        assert_eq!(KEYS.number("guidance.orbit_direction"), None);
-        assert_eq!(KEYS.tables_with("lead_s"), ["guidance"]);
-        assert_eq!(KEYS.tables_with("start_ring"), ["uavs"]);
+        let of = |key: &str| root().at(key).unwrap();
+        assert!(root().keys().unwrap().contains(&"duration_s"));
+        assert!(of("uavs.start").element().unwrap().keys().unwrap().contains(&"heading_deg"));
+        assert!(of("uavs.start.3.heading_deg").is_number());
+        assert_eq!(of("uavs.speed_m_s").keys(), None);
+        assert_eq!(of("guidance.orbit_direction").words(), Some(vec!["anticlockwise", "clockwise"]));
+        assert_eq!(of("guidance.lead_s").words(), None);
+        assert!(of("duration_s").is_number() && !of("guidance.orbit_direction").is_number());
+        assert_eq!(root().tables_with("lead_s"), ["guidance"]);
+        assert_eq!(root().tables_with("start_ring"), ["uavs"]);
         assert_eq!(
-            KEYS.tables_with("x_m"),
+            root().tables_with("x_m"),
             ["uavs.start", "geofence", "intruders", "targets.random", "targets.start"].map(str::to_owned)
         );
+    }
+
+    /// A range without its table would not be checked.
+    #[test]
+    fn every_range_belongs_to_a_number() {
+        let definitions = root().json["definitions"].as_object().unwrap();
+        for (table, ranges) in RANGES.iter().filter(|(table, _)| *table != "ScenarioFile") {
+            let node = Node { root: root().json, json: &definitions[*table], name: table };
+            assert!(ranges.iter().all(|range| node.key(range.key).unwrap().is_number()), "{table}");
+        }
     }
 }

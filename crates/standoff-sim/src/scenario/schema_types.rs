@@ -1,141 +1,95 @@
 //! Tables of a scenario file, and the keys that do not belong to a parameter of the library, with their meaning, range
-//! and default. The same definitions generate the types of the resolved scenario.
+//! and default.
 //!
-//! The parameters of the library have their keys from `TeamParams::table`. Every number may be typed as a distribution
-//! (see [`Number`]). Units stand at the end of the keys. Imperfections default to none. Any other key is an error.
+//! The parameters of the library have their keys from `TeamParams::table`. In a file, every number may be a distribution
+//! (see [`Number`]), which is drawn before the tables are read. Units stand at the end of the keys. Imperfections default
+//! to none. Any other key is an error.
 
 use std::borrow::Cow;
-use std::fmt::{self, Display};
-use std::marker::PhantomData;
+use std::collections::BTreeMap;
 use std::path::Path;
+use std::slice;
 
-use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
-use serde::de::value::MapAccessDeserializer;
-use serde::de::{self, MapAccess, SeqAccess, Visitor};
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use serde_json::json;
-use standoff::Agent;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize, Serializer};
 use standoff::safety::geofence::ZONE_ALTITUDE_MAX_M;
 use standoff::validation::Allowed;
+use standoff::{Agent, ParamValue, UavId};
 use standoff_score::BUILDING_HEIGHT_MAX_M;
 
 use super::number::{Number, as_typed, lists_as_typed};
-use super::parameters::Parameters;
-use super::sample::{Draw, Drawing};
 use crate::traffic::{Coordinates, Persons};
 
-/// Defines each table of a scenario file twice: as typed in the file, and, in [`resolved`], as flown. A number has a
-/// default and, unless it is checked elsewhere, its range.
+/// Range of the numbers at a key.
+pub(super) struct KeyRange {
+    pub(super) key: &'static str,
+    pub(super) allowed: Allowed,
+    /// True for numbers that the mission draws many times: their most extreme values must be in range.
+    pub(super) is_of_many: bool,
+}
+
+/// Defines the tables of a scenario file, and [`RANGES`].
 macro_rules! tables {
     ($(
         $(#[$doc:meta])*
         table $name:ident
-        // Texts; empty by default.
-        $(texts { $($(#[$text_doc:meta])* $text:ident;)* })?
-        // Names of files; empty by default.
-        $(files { $($(#[$files_doc:meta])* $files:ident: $files_type:ty;)* })?
-        // Numbers.
+        $(texts { $($(#[$text_doc:meta])* $text:ident: $text_type:ty;)* })?
+        // Numbers with their defaults and, unless they are checked elsewhere, their ranges.
         $(numbers { $($(#[$number_doc:meta])* $number:ident = $default:expr $(, $allowed:expr)?;)* })?
-        // Numbers whose default depends on other values: see `DerivedDefaults`.
-        $(absent { $($(#[$absent_doc:meta])* $absent:ident $(: $absent_allowed:expr)?;)* })?
-        // Words.
-        $(words { $($(#[$word_doc:meta])* $word:ident: $word_type:ident = $word_default:ident;)* })?
-        // Switches.
-        $(flags { $($(#[$flag_doc:meta])* $flag:ident = $flag_default:literal;)* })?
+        $(words { $($(#[$word_doc:meta])* $word:ident: $word_type:ty;)* })?
         // Optional numbers.
         $(optional { $($(#[$optional_doc:meta])* $optional:ident: $optional_allowed:expr;)* })?
-        // Optional numbers that the mission draws repeatedly, so that distributions are kept.
-        $(many { $($(#[$many_doc:meta])* $many:ident: $many_allowed:expr;)* })?
-        // Lists of lists of numbers; empty by default.
-        $(lists { $($(#[$lists_doc:meta])* $lists:ident;)* })?
-        // Tables of the file that are replaced by others before the flight.
-        $(typed { $($(#[$typed_doc:meta])* $typed:ident: $typed_type:ty;)* })?
-        // Tables in this one.
-        $(tables { $($(#[$inner_doc:meta])* $inner:ident: $inner_type:ty;)* })?
+        // Other keys and tables; those with a range are numbers that the mission draws many times.
+        $(others { $($(#[$other_doc:meta])* $other:ident: $other_type:ty $(, $other_allowed:expr)?;)* })?
     )*) => {
         $(
             $(#[$doc])*
             #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
             #[serde(default, deny_unknown_fields)]
             pub struct $name {
-                $($($(#[$text_doc])* pub $text: String,)*)?
-                $($($(#[$files_doc])* pub $files: $files_type,)*)?
-                $($($(#[$number_doc])* pub $number: Number,)*)?
-                $($($(#[$absent_doc])* pub $absent: Option<Number>,)*)?
+                $($($(#[$text_doc])* pub $text: $text_type,)*)?
+                $($(
+                    $(#[$number_doc])*
+                    #[serde(serialize_with = "as_typed")]
+                    #[schemars(with = "Number")]
+                    pub $number: f64,
+                )*)?
                 $($($(#[$word_doc])* pub $word: $word_type,)*)?
-                $($($(#[$flag_doc])* pub $flag: bool,)*)?
-                $($($(#[$optional_doc])* pub $optional: Option<Number>,)*)?
-                $($($(#[$many_doc])* pub $many: Option<Number>,)*)?
-                $($($(#[$lists_doc])* pub $lists: Vec<Vec<Number>>,)*)?
-                $($($(#[$typed_doc])* pub $typed: $typed_type,)*)?
-                $($($(#[$inner_doc])* pub $inner: $inner_type,)*)?
+                $($($(#[$optional_doc])* #[schemars(with = "Option<Number>")] pub $optional: Option<f64>,)*)?
+                $($($(#[$other_doc])* pub $other: $other_type,)*)?
             }
 
             impl Default for $name {
                 fn default() -> Self {
                     Self {
-                        $($($text: String::new(),)*)?
-                        $($($files: Default::default(),)*)?
-                        $($($number: Number::Constant($default),)*)?
-                        $($($absent: None,)*)?
-                        $($($word: $word_type::$word_default,)*)?
-                        $($($flag: $flag_default,)*)?
+                        $($($text: Default::default(),)*)?
+                        $($($number: $default,)*)?
+                        $($($word: Default::default(),)*)?
                         $($($optional: None,)*)?
-                        $($($many: None,)*)?
-                        $($($lists: Vec::new(),)*)?
-                        $($($typed: Default::default(),)*)?
-                        $($($inner: Default::default(),)*)?
-                    }
-                }
-            }
-
-            impl Draw for $name {
-                type Drawn = resolved::$name;
-
-                fn drawn(&self, at: &dyn Display, drawing: &mut Drawing) -> resolved::$name {
-                    // Some tables contain only parameters of the library.
-                    _ = (at, &*drawing);
-                    resolved::$name {
-                        $($($text: self.$text.clone(),)*)?
-                        $($($files: self.$files.clone(),)*)?
-                        $($($number: drawing.number(at, stringify!($number), &self.$number, [$($allowed,)? Allowed::FINITE][0]),)*)?
-                        $($($absent: {
-                            let typed = self.$absent.unwrap_or(drawing.absent.$absent.into());
-                            drawing.number(at, stringify!($absent), &typed, [$($absent_allowed,)? Allowed::FINITE][0])
-                        },)*)?
-                        $($($word: self.$word,)*)?
-                        $($($flag: self.$flag,)*)?
-                        $($($optional: self.$optional.map(|typed| drawing.number(at, stringify!($optional), &typed, $optional_allowed)),)*)?
-                        $($($many: self.$many.inspect(|typed| drawing.check_many(at, stringify!($many), typed, $many_allowed)),)*)?
-                        $($($lists: drawing.lists(at, stringify!($lists), &self.$lists),)*)?
-                        $($($inner: self.$inner.drawn(&format_args!("{at}{}.", stringify!($inner)), drawing),)*)?
+                        $($($other: Default::default(),)*)?
                     }
                 }
             }
         )*
 
-        /// The same tables after all values have been drawn and all defaults filled in.
-        pub(super) mod resolved {
-            use super::*;
-            $(
-                $(#[$doc])*
-                #[derive(Debug, Clone, PartialEq, Serialize)]
-                pub(crate) struct $name {
-                    $($($(#[$text_doc])* pub(crate) $text: String,)*)?
-                    $($($(#[$files_doc])* pub(crate) $files: $files_type,)*)?
-                    $($($(#[$number_doc])* #[serde(serialize_with = "as_typed")] pub(crate) $number: f64,)*)?
-                    $($($(#[$absent_doc])* #[serde(serialize_with = "as_typed")] pub(crate) $absent: f64,)*)?
-                    $($($(#[$word_doc])* pub(crate) $word: $word_type,)*)?
-                    $($($(#[$flag_doc])* pub(crate) $flag: bool,)*)?
-                    $($($(#[$optional_doc])* pub(crate) $optional: Option<f64>,)*)?
-                    $($($(#[$many_doc])* pub(crate) $many: Option<Number>,)*)?
-                    $($($(#[$lists_doc])* #[serde(serialize_with = "lists_as_typed")] pub(crate) $lists: Vec<Vec<f64>>,)*)?
-                    $($($(#[$inner_doc])* pub(crate) $inner: $inner_type,)*)?
-                }
-            )*
-        }
+        /// Ranges of numbers, by the name of their table.
+        pub(super) const RANGES: &[(&str, &[KeyRange])] = &[$((stringify!($name), &[
+            $($($(KeyRange { key: stringify!($number), allowed: $allowed, is_of_many: false },)?)*)?
+            $($(KeyRange { key: stringify!($optional), allowed: $optional_allowed, is_of_many: false },)*)?
+            $($($(KeyRange { key: stringify!($other), allowed: $other_allowed, is_of_many: true },)?)*)?
+        ]),)*];
     };
 }
+
+/// Default of a number that depends on other parts of the scenario, and is filled in later.
+const ABSENT: f64 = f64::NAN;
+
+fn is_absent(number: &f64) -> bool {
+    number.is_nan()
+}
+
+/// Values of the library's parameters by key, in the units of the keys. Those of absent parts have no effect.
+pub(super) type Parameters = BTreeMap<&'static str, ParamValue>;
 
 /// Floor or ceiling of a zone, m.
 pub(super) const ZONE_ALTITUDE_M: Allowed = Allowed::at_least(0.0).at_most(ZONE_ALTITUDE_MAX_M);
@@ -157,8 +111,7 @@ tables! {
     /// A scenario file.
     table ScenarioFile texts {
         /// Description of the scenario, one line of at most 1,000 characters.
-        about;
-    } files {
+        about: String;
         /// Background maps: files with a SUMO net or GeoJSON, plain or gzip, relative to the scenario file; at most 16.
         /// They are only displayed and do not affect the mission.
         #[serde(serialize_with = "names_alone", skip_serializing_if = "Vec::is_empty")]
@@ -166,15 +119,15 @@ tables! {
     } numbers {
         /// Cut-off distance of GOSPA, m; 0.1 to 1e6.
         gospa_cutoff_m = 20.0, Allowed::at_least(0.1).at_most(1e6);
-    } absent {
         /// Length of the mission, s; from one `period_s` to ten million of them. If absent: 100 s, or the length of the
         /// traffic file.
-        duration_s;
-        /// Time between two scans, T_s, which is also the guidance period, s; 0.01 to 10. If absent: 0.5.
-        period_s: Allowed::at_least(0.01).at_most(Agent::TIME_JUMP_MAX.s());
-        /// Start of the interval that the `..._settled` metrics evaluate, s; 0 to 1e9. If absent: 30.
-        transient_s: TIME_S;
-    } tables {
+        #[serde(skip_serializing_if = "is_absent")]
+        duration_s = ABSENT;
+        /// Time between two scans, T_s, which is also the guidance period, s; 0.01 to 10.
+        period_s = 0.5, Allowed::at_least(0.01).at_most(Agent::TIME_JUMP_MAX.s());
+        /// Start of the interval that the `..._settled` metrics evaluate, s; 0 to 1e9.
+        transient_s = 30.0, TIME_S;
+    } others {
         /// UAVs: number, flight dynamics and starts.
         uavs: Uavs;
         /// How the team shares its state.
@@ -198,7 +151,7 @@ tables! {
         guidance: Guidance;
         /// Collision avoidance: minimum distances between aircraft. `false`: only their phases on an orbit
         /// separate UAVs.
-        separation: Switchable<Separation>;
+        separation: Switchable;
         /// Geofence: keep-out and keep-in zones. If absent: UAVs may fly everywhere.
         #[serde(skip_serializing_if = "Vec::is_empty")]
         geofence: Vec<Zone>;
@@ -219,21 +172,20 @@ tables! {
     }
 
     /// `[uavs]`: number, flight dynamics and starts of the UAVs.
-    table Uavs absent {
+    table Uavs numbers {
         /// Number of UAVs, 1 to 4,096; with one agent each, 1 to 100. If absent: the number of `[[uavs.start]]` tables,
         /// or 1. A drawn value is rounded.
-        count;
+        #[serde(skip_serializing_if = "is_absent")]
+        count = ABSENT;
     } words {
         /// Flight dynamics of the true aircraft: `kinematic` or `bank`.
-        dynamics: Dynamics = Kinematic;
-    } many {
+        dynamics: Dynamics;
+    } others {
         /// Delay after which a UAV's computer starts, s; 0 to 1e9. Drawn for each UAV. If absent: 0.
-        boot_delay_s: TIME_S;
-    } typed {
+        boot_delay_s: Option<Number>, TIME_S;
         /// Start on a ring about the targets. If absent, and without `[[uavs.start]]`: on orbits about the groups of
         /// targets.
         start_ring: Option<Ring>;
-    } tables {
         /// Start of each UAV, one table per UAV, instead of a ring.
         start: Vec<UavAt>;
         /// Outages of sensor and transmitter.
@@ -258,17 +210,18 @@ tables! {
     /// `[uavs.bank]`: limits of a banking aircraft, which its agent knows, and how it interprets a commanded speed.
     table Bank words {
         /// How the aircraft interprets a commanded speed: `true-airspeed` or `equivalent-airspeed`.
-        speed_command: SpeedCommand = TrueAirspeed;
+        speed_command: SpeedCommand;
     }
 
     /// `[team]`: how the team shares its state.
     table Team words {
         /// One agent for all UAVs (`shared`), or one for each UAV (`per-uav`). If absent: `shared`, or `per-uav` if
         /// the scenario has a radio, restarts, late starts or clocks.
-        agents: AgentSetup = Shared;
+        agents: AgentSetup;
     }
 
     /// `[radio]`: how messages are transmitted between UAVs. With the defaults, no message is lost, late or duplicated.
+    /// Cues come from outside the team: they are lost, late and duplicated like messages, but their range is unlimited.
     table Radio numbers {
         /// Probability that a received message is received twice, 0 to 1.
         duplication = 0.0, PROBABILITY;
@@ -280,13 +233,12 @@ tables! {
         bandwidth_bytes_per_s: Allowed::above(0.0).at_most(1e9);
         /// Time at which all faults except partitions end, s; 0 to 1e9. If absent: never.
         fault_until_s: TIME_S;
-    } many {
+    } others {
         /// Probability that a message is lost, 0 to 1, for each receiver. A distribution is drawn for each message and
         /// receiver. If absent: 0.
-        packet_loss: PROBABILITY;
+        packet_loss: Option<Number>, PROBABILITY;
         /// Latency of a message, s; 0 to 120. A distribution is drawn for each message and receiver. If absent: 0.
-        latency_s: DELAY_S;
-    } tables {
+        latency_s: Option<Number>, DELAY_S;
         /// Links that differ from the others.
         #[serde(skip_serializing_if = "Vec::is_empty")]
         link: Vec<Link>;
@@ -301,11 +253,11 @@ tables! {
         from = 0.0;
         /// Receiver, counted from 0.
         to = 1.0;
-    } many {
+    } others {
         /// Probability that a message is lost, 0 to 1. If absent: that of `[radio]`.
-        packet_loss: PROBABILITY;
+        packet_loss: Option<Number>, PROBABILITY;
         /// Latency of a message, s; 0 to 120. If absent: that of `[radio]`.
-        latency_s: DELAY_S;
+        latency_s: Option<Number>, DELAY_S;
     }
 
     /// `[[radio.partition]]`: for some time, only UAVs on the same side receive each other's messages.
@@ -314,9 +266,11 @@ tables! {
         from_s = 0.0, TIME_S;
         /// End, s; `from_s` to 1e9.
         until_s = 1e9;
-    } lists {
+    } others {
         /// UAVs of each side, as lists. A UAV on no side neither sends to nor receives from any other UAV.
-        sides;
+        #[serde(serialize_with = "lists_as_typed")]
+        #[schemars(with = "Vec<Vec<Number>>")]
+        sides: Vec<Vec<f64>>;
     }
 
     /// `[[uavs.restart]]`: the computer of a UAV is off for some time and then starts with an empty team state.
@@ -394,7 +348,7 @@ tables! {
         false_alarms_per_scan = 0.0, Allowed::at_least(0.0).at_most(1e3);
     } words {
         /// Whether detections and cues have the identity of their target: `all` or `none`.
-        labels: Labels = All;
+        labels: Labels;
     } optional {
         /// Standard deviation of the range rate, m/s; 0 to 1,000. If absent: the sensors do not measure it.
         range_rate_sd_m_s: Allowed::at_least(0.0).at_most(1e3);
@@ -438,18 +392,18 @@ tables! {
     table Zone texts {
         /// Name of the zone, for display; at most 100 characters.
         #[serde(skip_serializing_if = "String::is_empty")]
-        name;
+        name: String;
         /// File with the zones, relative to the scenario file, instead of `vertices` or a circle: GeoJSON, a plan of
         /// QGroundControl (`.plan`) or KML. A record contains the zones.
         #[serde(serialize_with = "name_alone", skip_serializing_if = "String::is_empty")]
-        file;
+        file: String;
     } words {
         /// Kind of the zone: `keep-out` or `keep-in`.
-        kind: ZoneKind = KeepOut;
+        kind: ZoneKind;
         /// Unit of the zone's coordinates: `auto`, `metres` or `degrees` (those of a `file` or of `lat_deg`, `lon_deg`).
         /// With `auto`, a GeoJSON file that can be in degrees is, and a zone smaller than 1 m is rejected.
         #[serde(skip_serializing_if = "is_auto")]
-        coordinates: Coordinates = Auto;
+        coordinates: Coordinates;
     } optional {
         /// Centre of a circle, east, m; -1e7 to 1e7; with `radius_m`.
         x_m: PLACE_M;
@@ -469,9 +423,11 @@ tables! {
         /// Index, from 0, of an earlier zone of the same kind, floor and ceiling, of which this is a further part: both are
         /// one zone, their union. If absent: a separate zone.
         part_of: Allowed::at_least(0.0).at_most(99.0);
-    } lists {
+    } others {
         /// Vertices in order, each [east, north], m.
-        vertices;
+        #[serde(serialize_with = "lists_as_typed")]
+        #[schemars(with = "Vec<Vec<Number>>")]
+        vertices: Vec<Vec<f64>>;
     }
 
     /// `[wind]`: the true wind, and what the UAVs assume about it. In wind, `uavs.speed_m_s` and the speed limits are
@@ -492,7 +448,7 @@ tables! {
 
     /// `[world]`: buildings. A target is not in view if the straight line from the UAV to it, on the ground, passes
     /// through a building below its height. Altitudes are then simulated.
-    table World files {
+    table World texts {
         /// File with the buildings, relative to the scenario file: GeoJSON or SUMO polygons (`.poly.xml`), plain or
         /// gzip. A record contains the buildings.
         #[serde(serialize_with = "name_alone", skip_serializing_if = "String::is_empty")]
@@ -530,7 +486,7 @@ tables! {
         /// Altitude, m; 1 to 20,000. Applies if altitudes are simulated. If absent: always that of the pursued UAV, or
         /// the lowest altitude.
         altitude_m: Allowed::at_least(1.0).at_most(2e4);
-    } tables {
+    } others {
         /// Times in which it does not broadcast its position.
         #[serde(skip_serializing_if = "Vec::is_empty")]
         transponder_off: Vec<Silence>;
@@ -553,10 +509,9 @@ tables! {
         correlation_rate_1_s = 0.1, TARGET_MODEL;
         /// Standard deviation sigma_a of the targets' acceleration, per axis, m/s2; 0 to 100.
         acceleration_sd_m_s2 = 0.0, TARGET_MODEL;
-    } typed {
+    } others {
         /// Targets with random starts.
         random: Option<Scatter>;
-    } tables {
         /// Targets with given starts, one table per target; at most 16,384 targets in total.
         start: Vec<TargetAt>;
         /// Manoeuvres of single targets.
@@ -580,16 +535,17 @@ tables! {
 
     /// `[targets.random]`: targets with random starts, each drawn independently.
     table Scatter numbers {
-        /// East, m; -1e7 to 1e7.
-        x_m = 0.0, PLACE_M;
-        /// North, m; -1e7 to 1e7.
-        y_m = 0.0, PLACE_M;
-        /// Velocity east, m/s; -1,000 to 1,000.
-        vx_m_s = 0.0, VELOCITY_M_S;
-        /// Velocity north, m/s; -1,000 to 1,000.
-        vy_m_s = 0.0, VELOCITY_M_S;
         /// Number of these targets; at least 1, at most 16,384 targets in total. A drawn value is rounded.
         count = 1.0;
+    } others {
+        /// East, m; -1e7 to 1e7.
+        x_m: Number, PLACE_M;
+        /// North, m; -1e7 to 1e7.
+        y_m: Number, PLACE_M;
+        /// Velocity east, m/s; -1,000 to 1,000.
+        vx_m_s: Number, VELOCITY_M_S;
+        /// Velocity north, m/s; -1,000 to 1,000.
+        vy_m_s: Number, VELOCITY_M_S;
     }
 
     /// `[[targets.start]]`: start of one target.
@@ -609,15 +565,15 @@ tables! {
     }
 
     /// `[traffic]`: targets from a traffic file.
-    table Traffic files {
+    table Traffic texts {
         /// Traffic file, or a list of at most 100: SUMO floating-car data (XML, CSV or Parquet), CSV tracks or GPX;
         /// relative to the scenario file. `-` is standard input.
         file: Files;
     } words {
         /// Unit of the file's coordinates: `auto`, `metres` or `degrees`.
-        coordinates: Coordinates = Auto;
+        coordinates: Coordinates;
         /// Whether persons and containers of SUMO are targets: `ignored` or `included`.
-        persons: Persons = Ignored;
+        persons: Persons;
     } optional {
         /// Gap limit, s; above 0: a vehicle without samples for longer is absent during the gap, unless it is parked. If
         /// absent: 1 s, or 2.5 typical sampling intervals of the file or of the vehicle, whichever is longest.
@@ -625,6 +581,11 @@ tables! {
         /// Frames per second, 1 to 1,000, of a data set whose times are numbers of frames. If absent: 25.
         frame_rate_hz: Allowed::at_least(1.0).at_most(1_000.0);
     }
+}
+
+/// Returns the UAV with a checked number.
+pub(crate) fn uav_of(number: f64) -> UavId {
+    UavId(number as u32)
 }
 
 impl ScenarioFile {
@@ -635,114 +596,53 @@ impl ScenarioFile {
     }
 }
 
-/// Names of one or several files, typed as a text or as a list of texts.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Files(pub Vec<String>);
+/// Names of one or several files.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Files {
+    /// A file.
+    One(#[serde(serialize_with = "name_alone")] String),
+    /// A list of files.
+    Several(#[serde(serialize_with = "one_or_more")] Vec<String>),
+}
 
-impl<'de> Deserialize<'de> for Files {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Names;
-        impl<'de> Visitor<'de> for Names {
-            type Value = Files;
-
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("the name of a file, or a list of names")
-            }
-
-            fn visit_str<E: de::Error>(self, name: &str) -> Result<Files, E> {
-                Ok(Files(vec![name.to_owned()]))
-            }
-
-            fn visit_seq<A: SeqAccess<'de>>(self, mut names: A) -> Result<Files, A::Error> {
-                std::iter::from_fn(|| names.next_element().transpose()).collect::<Result<_, _>>().map(Files)
-            }
+impl Files {
+    /// Returns the names.
+    pub fn names(&self) -> &[String] {
+        match self {
+            Self::One(name) => slice::from_ref(name),
+            Self::Several(names) => names,
         }
-        deserializer.deserialize_any(Names)
     }
 }
 
-impl Serialize for Files {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        match &self.0[..] {
-            [] => serializer.serialize_str(""),
-            [one] => name_alone(one, serializer),
-            several => names_alone(several, serializer),
-        }
+impl Default for Files {
+    fn default() -> Self {
+        Self::One(String::new())
     }
 }
 
 /// A table that applies unless it is switched off with `false`.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Switchable<T>(pub Option<T>);
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(untagged)]
+#[schemars(inline)]
+pub enum Switchable {
+    /// The table.
+    Table(Separation),
+    /// `false`: off; `true`: the table with its defaults.
+    Switch(bool),
+}
 
-impl<T: Default> Default for Switchable<T> {
+impl Switchable {
+    /// Returns whether the table applies.
+    pub fn is_on(&self) -> bool {
+        *self != Self::Switch(false)
+    }
+}
+
+impl Default for Switchable {
     fn default() -> Self {
-        Self(Some(T::default()))
-    }
-}
-
-impl<T: Draw> Draw for Switchable<T> {
-    type Drawn = Switchable<T::Drawn>;
-
-    fn drawn(&self, at: &dyn Display, drawing: &mut Drawing) -> Self::Drawn {
-        Switchable(self.0.drawn(at, drawing))
-    }
-}
-
-impl<T: Serialize> Serialize for Switchable<T> {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        match &self.0 {
-            Some(table) => table.serialize(serializer),
-            None => serializer.serialize_bool(false),
-        }
-    }
-}
-
-impl<'de, T: Deserialize<'de> + Default> Deserialize<'de> for Switchable<T> {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct TableOrSwitch<T>(PhantomData<T>);
-        impl<'de, T: Deserialize<'de> + Default> Visitor<'de> for TableOrSwitch<T> {
-            type Value = Switchable<T>;
-
-            fn expecting(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
-                formatter.write_str("a table or false")
-            }
-
-            fn visit_bool<E: de::Error>(self, is_on: bool) -> Result<Self::Value, E> {
-                Ok(Switchable(is_on.then(T::default)))
-            }
-
-            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Self::Value, A::Error> {
-                T::deserialize(MapAccessDeserializer::new(map)).map(|table| Switchable(Some(table)))
-            }
-        }
-        deserializer.deserialize_any(TableOrSwitch(PhantomData))
-    }
-}
-
-impl<T: JsonSchema> JsonSchema for Switchable<T> {
-    fn schema_name() -> Cow<'static, str> {
-        format!("Switchable{}", T::schema_name()).into()
-    }
-
-    fn inline_schema() -> bool {
-        true
-    }
-
-    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        let table = generator.subschema_for::<T>();
-        json_schema!({ "anyOf": [table, { "type": "boolean" }] })
-    }
-}
-
-impl JsonSchema for Files {
-    fn schema_name() -> Cow<'static, str> {
-        "Files".into()
-    }
-
-    fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        let text = json!({ "type": "string" });
-        json_schema!({ "description": "A file, or a list of files.", "anyOf": [text, { "type": "array", "items": text }] })
+        Self::Table(Separation::default())
     }
 }
 
@@ -755,46 +655,57 @@ fn names_alone<S: Serializer>(paths: &[String], serializer: S) -> Result<S::Ok, 
     serializer.collect_seq(paths.iter().map(|path| name(path)))
 }
 
+fn one_or_more<S: Serializer>(paths: &[String], serializer: S) -> Result<S::Ok, S::Error> {
+    match paths {
+        [one] => name_alone(one, serializer),
+        several => names_alone(several, serializer),
+    }
+}
+
 fn name(path: &str) -> Cow<'_, str> {
     Path::new(path).file_name().unwrap_or_default().to_string_lossy()
 }
 
 /// Where the team state is kept. With an ideal radio both variants are equal to the bit, because every UAV receives
 /// every message.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum AgentSetup {
     /// One agent keeps the team state for all UAVs.
+    #[default]
     Shared,
     /// Each UAV has its own agent.
     PerUav,
 }
 
 /// Flight dynamics of the true aircraft.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Dynamics {
     /// First-order lags of speed and turn rate (1).
+    #[default]
     Kinematic,
     /// Turns by a bank angle, and airspeed within the power that a climb leaves.
     Bank,
 }
 
 /// How an aircraft interprets a commanded speed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SpeedCommand {
     /// As true airspeed: the command is converted to an equivalent airspeed for the autopilot.
+    #[default]
     TrueAirspeed,
     /// As equivalent airspeed, without conversion: the aircraft is faster, the more the higher it flies.
     EquivalentAirspeed,
 }
 
 /// Which detections and cues have the identity of their target.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Labels {
     /// All of them: sensors and cue sources identify targets.
+    #[default]
     All,
     /// None: the team associates detections with tracks.
     None,
@@ -806,10 +717,11 @@ fn is_auto(coordinates: &Coordinates) -> bool {
 }
 
 /// Kind of a zone.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ZoneKind {
     /// UAVs must stay outside.
+    #[default]
     KeepOut,
     /// UAVs must stay inside.
     KeepIn,

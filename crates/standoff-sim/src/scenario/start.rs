@@ -7,17 +7,18 @@ use standoff::guidance::standoff_distance::Spread;
 use standoff::{Angle, Displacement, Position, TeamParams, UavId, UavState, Vertical};
 
 use super::resolved::{Intruder, Targets};
-use super::schema_types::resolved::{self, Ring, UavAt, Uavs};
+use super::schema_types::{self, Ring, UavAt, Uavs, uav_of};
 
-/// Returns the initial states of the UAVs; adds those that the user did not list to `[[uavs.start]]`.
-pub(super) fn states(uavs: &mut Uavs, ring: Option<&Ring>, team: &TeamParams, targets: &Targets) -> Vec<UavState> {
+/// Returns the initial states of the UAVs; replaces the ring, or nothing, by `[[uavs.start]]`.
+pub(super) fn states(uavs: &mut Uavs, team: &TeamParams, targets: &Targets) -> Vec<UavState> {
+    let ring = uavs.start_ring.take();
     if uavs.start.is_empty() {
         let count = uavs.count as usize;
         let positions = first_positions(targets);
         uavs.start = match ring {
             Some(ring) => {
                 let (centre, standoff_m) = first_orbit(&positions, team);
-                on_ring(ring, count, centre, standoff_m, team)
+                on_ring(&ring, count, centre, standoff_m, team)
             }
             None => on_orbits(count, &positions, team),
         };
@@ -36,9 +37,9 @@ pub(super) fn states(uavs: &mut Uavs, ring: Option<&Ring>, team: &TeamParams, ta
 }
 
 /// Returns the intruders with their initial states; adds the starts that the user did not specify to the tables.
-pub(super) fn intruders(typed: &mut [resolved::Intruder], uavs: &[UavState], team: &TeamParams) -> Vec<Intruder> {
-    let intruder = |intruder: &mut resolved::Intruder| {
-        let pursued_uav = intruder.pursued_uav.map(|uav| UavId(uav as u32));
+pub(super) fn intruders(typed: &mut [schema_types::Intruder], uavs: &[UavState], team: &TeamParams) -> Vec<Intruder> {
+    let intruder = |intruder: &mut schema_types::Intruder| {
+        let pursued_uav = intruder.pursued_uav.map(uav_of);
         let pursued = pursued_uav.and_then(|uav| uavs.get(uav.0 as usize));
         let from = pursued.map_or(Position::ORIGIN, |uav| uav.position);
         let distance_m = intruder.distance_m.take().unwrap_or(INTRUDER_FROM_M);
@@ -91,14 +92,7 @@ fn on_orbits(count: usize, positions: &[Position], team: &TeamParams) -> Vec<Uav
         let (centre, mut radius_m) = first_orbit(&members, team);
         let mut number = 0;
         while number < uavs_of_group {
-            let at = on_ring(
-                &Ring { radius_m: None, phase_deg: None, spacing_deg: None },
-                uavs_of_group,
-                centre,
-                radius_m,
-                team,
-            )
-            .swap_remove(number);
+            let at = on_ring(&Ring::default(), uavs_of_group, centre, radius_m, team).swap_remove(number);
             // Orbits may cross: increase the radius until the start is free.
             if starts.iter().any(|other| start_of(other).squared_distance_m2(start_of(&at)) < APART_M * APART_M) {
                 radius_m += APART_M;

@@ -5,7 +5,7 @@ use standoff::{BankParams, ClimbParams, ParamValue, SeparationParams, TeamParams
 use super::diagnostics::Problems;
 use super::load::Typed;
 use super::resolve::team;
-use super::schema::KEYS;
+use super::schema::root;
 use super::validate::{check_settings, report};
 use super::*;
 
@@ -28,7 +28,7 @@ fn every_parameter_error_of_the_library_points_to_its_key() {
         let mut params = scenario.settings.team;
         assert!(param.set(&mut params, ParamValue::Number(f64::NAN)), "{path}");
         assert!(params.errors().iter().any(|error| error.path == path), "{path}");
-        assert_eq!(KEYS.number(key), Some(key), "{path}");
+        assert!(root().at(key).unwrap().is_number(), "{path}");
         let mut problems = Problems::default();
         check_settings(&scenario.file, &params, Vec::new(), &mut problems);
         problems.found.retain(|found| found.key == key);

@@ -6,10 +6,10 @@ use std::sync::Arc;
 use standoff_io::display_text::{count, quoted};
 
 use super::builtin::BUILT_IN_TRAFFIC;
+use super::dotted::value_at;
 use super::error::ScenarioError;
 use super::load::{Typed, related, stem};
 use super::locate::Map;
-use super::number::Number;
 use super::resolved::Settings;
 use crate::traffic::{self, DAY_US, Joined, STANDARD_INPUT, Traffic, is_rollover};
 
@@ -32,7 +32,7 @@ pub(super) fn read(typed: &Typed, known: Option<&Arc<Traffic>>) -> Result<Option
     if typed.file.targets.is_some() {
         return refuse("traffic", "[targets] and [traffic] exclude each other; keep one".to_owned());
     }
-    let names = &table.file.0;
+    let names = table.file.names();
     if typed.left_out.iter().any(|key| related(key, "traffic.file")) {
         // Its value has a wrong form, which is reported.
         return Ok(None);
@@ -48,16 +48,11 @@ pub(super) fn read(typed: &Typed, known: Option<&Arc<Traffic>>) -> Result<Option
         let what = format!("traffic.file = {}: must be 1 to {NAME_MAX} bytes", quoted(name));
         return refuse("traffic.file", what);
     }
-    let constant = |key: &str, number: &Option<Number>| match number {
-        None => Ok(None),
-        Some(Number::Constant(value)) => Ok(Some(*value)),
-        Some(_) => {
-            let what = "must be a number, not a distribution, because the file is read once for all seeds";
-            refuse(key, format!("{key}: {what}")).map(|_| None)
-        }
-    };
-    let gap_s = constant("traffic.gap_s", &table.gap_s)?;
-    let frame_rate_hz = constant("traffic.frame_rate_hz", &table.frame_rate_hz)?;
+    if let Some(key) = ["traffic.gap_s", "traffic.frame_rate_hz"].into_iter().find(|key| typed.is_drawn(key)) {
+        let what = "must be a number, not a distribution, because the file is read once for all seeds";
+        return refuse(key, format!("{key}: {what}"));
+    }
+    let (gap_s, frame_rate_hz) = (table.gap_s, table.frame_rate_hz);
     if let Some(rate) = frame_rate_hz.filter(|rate| !(1.0..=1_000.0).contains(rate)) {
         return refuse("traffic.frame_rate_hz", format!("traffic.frame_rate_hz = {rate}: must be 1 to 1000"));
     }
@@ -86,7 +81,7 @@ pub(super) fn read(typed: &Typed, known: Option<&Arc<Traffic>>) -> Result<Option
 
 /// Paths of the traffic files that are not built in.
 pub(super) fn files(typed: &Typed) -> Vec<PathBuf> {
-    let names = typed.file.traffic.iter().flat_map(|table| &table.file.0);
+    let names = typed.file.traffic.iter().flat_map(|table| table.file.names());
     let paths = names.map(|name| (name, path(typed, name)));
     paths.filter(|(name, path)| built_in(name, path).is_none()).map(|(_, path)| path).collect()
 }
@@ -106,7 +101,7 @@ fn path(typed: &Typed, name: &str) -> PathBuf {
 
 /// Rejects a file that is shorter than one period, or implausibly long.
 pub(super) fn check_span(typed: &Typed, period_s: f64, traffic: &Traffic) -> Result<(), ScenarioError> {
-    let (Some(table), None) = (&typed.file.traffic, &typed.file.duration_s) else { return Ok(()) };
+    let (Some(table), None) = (&typed.file.traffic, value_at(&typed.table, "duration_s")) else { return Ok(()) };
     let span_s = traffic.span_s();
     let wrong = if span_s < period_s {
         format!("a mission needs at least one period_s of {period_s} s")
@@ -119,7 +114,7 @@ pub(super) fn check_span(typed: &Typed, period_s: f64, traffic: &Traffic) -> Res
     } else {
         return Ok(());
     };
-    let paths: Vec<String> = table.file.0.iter().map(|name| path(typed, name).display().to_string()).collect();
+    let paths: Vec<String> = table.file.names().iter().map(|name| path(typed, name).display().to_string()).collect();
     Err(ScenarioError::one(paths.join(", "), None, format!("spans {span_s} s; {wrong}")))
 }
 
@@ -162,7 +157,7 @@ pub(super) fn absence_warning(settings: &Settings, traffic: &Traffic) -> Option<
 /// this.
 pub(super) fn length_warning(typed: &Typed, settings: &Settings, traffic: &Traffic) -> Option<String> {
     // Without `duration_s`, the mission is as long as the traffic.
-    typed.file.duration_s.as_ref()?;
+    value_at(&typed.table, "duration_s")?;
     let (span_s, duration_s, period_s) = (traffic.span_s(), settings.duration.s(), settings.period.s());
     if span_s <= duration_s - period_s {
         let shortest_s = span_s.max(period_s);
@@ -308,7 +303,7 @@ mod tests {
         );
         let many = format!("[{}]", "\"a.csv\", ".repeat(101));
         for (file, expected) in [
-            ("3", "mine:2:1: traffic.file = 3: must be the name of a file, or a list of names"),
+            ("3", "mine:2:1: traffic.file = 3: must be a string or an array, in []"),
             ("[\"a.csv\", 4]", "traffic.file.1 = 4: must be a string"),
             ("[]", "traffic.file: missing; name SUMO"),
             ("[\"a.csv\", \"\"]", "traffic.file = \"\": must be 1 to 4096 bytes"),

@@ -7,13 +7,14 @@ use standoff_io::display_text::quoted;
 
 use super::basemap::MAPS_MAX;
 use super::diagnostics::{Found, Problems};
+use super::dotted::value_at;
 use super::error::{Problem, ScenarioError};
 use super::load::{Typed, related};
 use super::locate::Map;
 use super::number::Number;
-use super::parse::{MISTAKES_MAX, to_toml, value_at, with_value};
-use super::schema_types::resolved::{Intruder, Link, Radio, Ring, Scatter, ScenarioFile};
-use super::schema_types::{AgentSetup, Dynamics, Labels};
+use super::parameters::number;
+use super::parse::{MISTAKES_MAX, with_value};
+use super::schema_types::{AgentSetup, Dynamics, Intruder, Labels, Link, Radio, ScenarioFile, Targets, Uavs};
 use super::traffic::NAME_MAX;
 use crate::traffic::MAX_AT_ONCE;
 
@@ -54,7 +55,7 @@ pub(super) fn check_settings(file: &ScenarioFile, team: &TeamParams, over: Vec<P
     for ParamError { path, value, allowed } in team.errors().into_iter().chain(over) {
         let param = TeamParams::table().iter().find(|param| param.path == path);
         let (key, is_angle) = param.map_or((path.as_str(), false), |param| (param.key, param.is_angle()));
-        let typed = file.parameters.number(key).unwrap_or(value);
+        let typed = number(&file.parameters, key).unwrap_or(value);
         // Converted to the unit in which the value was typed.
         let allowed = if is_angle { allowed.map(f64::to_degrees) } else { allowed };
         problems.add(key, format!("must be {allowed}"), Some(typed.into()));
@@ -63,12 +64,7 @@ pub(super) fn check_settings(file: &ScenarioFile, team: &TeamParams, over: Vec<P
 
 /// Checks UAVs, targets, intruders, radio and description. This happens before targets are drawn, so that every error
 /// points to where it was typed.
-pub(super) fn check_objects(
-    file: &ScenarioFile,
-    ring: Option<&Ring>,
-    scatter: Option<&Scatter>,
-    problems: &mut Problems,
-) {
+pub(super) fn check_objects(file: &ScenarioFile, problems: &mut Problems) {
     if file.about.chars().any(char::is_control) || file.about.chars().count() > ABOUT_MAX {
         problems.add("about", format!("must be one line of at most {ABOUT_MAX} characters"), None);
     }
@@ -76,74 +72,90 @@ pub(super) fn check_objects(
         problems.add("basemap", format!("must be at most {MAPS_MAX} files, not {}", file.basemap.len()), None);
     }
     if let Some(name) = file.basemap.iter().find(|name| name.is_empty() || name.len() > NAME_MAX) {
-        problems.add(
-            "basemap",
-            format!("{}: must be names of files, at most {NAME_MAX} bytes each", quoted(name)),
-            None,
-        );
+        let what = format!("{}: must be names of files, at most {NAME_MAX} bytes each", quoted(name));
+        problems.add("basemap", what, None);
     }
-    let count = file.uavs.count;
+    check_uavs(file, problems);
+    let last = (file.uavs.count - 1.0).max(0.0);
+    let uav_range = Allowed::at_least(0.0).at_most(last).with_reason("one of the UAVs, counted from 0");
+    check_faults(&file.uavs, uav_range, problems);
+    if let Some(radio) = &file.radio {
+        check_radio(radio, uav_range, problems);
+    }
+    check_intruders(&file.intruders, uav_range, problems);
+    match &file.targets {
+        Some(targets) => check_targets(targets, problems),
+        None if file.traffic.is_none() => problems.add("targets", NO_TARGETS, None),
+        None => {}
+    }
+}
+
+const NO_TARGETS: &str = "no targets; give [targets.random], [[targets.start]] or [traffic]";
+
+fn check_uavs(file: &ScenarioFile, problems: &mut Problems) {
+    let (uavs, count) = (&file.uavs, file.uavs.count);
     let allowed = if file.team.agents == AgentSetup::PerUav {
         Allowed::at_least(1.0).at_most(AGENTS_MAX).with_reason("the maximum of UAVs with an agent each")
     } else {
         Allowed::at_least(1.0).at_most(UAVS_MAX)
     };
     problems.check_whole("uavs.count", count, allowed);
-    let listed = file.uavs.start.len() as f64;
+    let listed = uavs.start.len() as f64;
     if listed > 0.0 {
         problems.check("uavs.count", count, Allowed::exactly(listed).with_reason("as many as [[uavs.start]]"));
-        if ring.is_some() {
+        if uavs.start_ring.is_some() {
             problems.add("uavs.start_ring", "[uavs.start_ring] and [[uavs.start]] exclude each other; keep one", None);
         }
     }
-    if file.uavs.dynamics == Dynamics::Kinematic && file.uavs.bank.is_some() {
+    if uavs.dynamics == Dynamics::Kinematic && uavs.bank.is_some() {
         let what = "describes a banking aircraft; set uavs.dynamics = \"bank\", or leave out the table";
         problems.add("uavs.bank", what, None);
     }
-    let uav_range =
-        Allowed::at_least(0.0).at_most((count - 1.0).max(0.0)).with_reason("one of the UAVs, counted from 0");
-    problems.check_many("uavs.outage", file.uavs.outage.len(), LISTED_MAX);
-    for (index, outage) in file.uavs.outage.iter().enumerate() {
-        let table = format!("uavs.outage.{index}");
+}
+
+/// Returns the tables of an array with their keys; reports too many of them.
+fn listed<'a, T>(key: &str, tables: &'a [T], problems: &mut Problems) -> Vec<(String, &'a T)> {
+    problems.check_many(key, tables.len(), LISTED_MAX);
+    let with_key = |(index, table): (usize, &'a T)| (format!("{key}.{index}"), table);
+    tables.iter().take(LISTED_MAX).enumerate().map(with_key).collect()
+}
+
+/// Checks outages, restarts and clocks; `uav_range` are the valid UAVs.
+fn check_faults(uavs: &Uavs, uav_range: Allowed, problems: &mut Problems) {
+    for (table, outage) in listed("uavs.outage", &uavs.outage, problems) {
         problems.check_whole(&format!("{table}.uav"), outage.uav, uav_range);
         problems.check_until(&table, outage.from_s, outage.until_s);
     }
-    problems.check_many("uavs.restart", file.uavs.restart.len(), LISTED_MAX);
-    for (index, restart) in file.uavs.restart.iter().enumerate() {
-        problems.check_whole(&format!("uavs.restart.{index}.uav"), restart.uav, uav_range);
+    for (table, restart) in listed("uavs.restart", &uavs.restart, problems) {
+        problems.check_whole(&format!("{table}.uav"), restart.uav, uav_range);
     }
-    problems.check_many("uavs.clock", file.uavs.clock.len(), LISTED_MAX);
-    for (index, clock) in file.uavs.clock.iter().take(LISTED_MAX).enumerate() {
-        let key = format!("uavs.clock.{index}.uav");
+    for (index, (table, clock)) in listed("uavs.clock", &uavs.clock, problems).into_iter().enumerate() {
+        let key = format!("{table}.uav");
         problems.check_whole(&key, clock.uav, uav_range);
-        if file.uavs.clock[..index].iter().any(|other| is_same(other.uav, clock.uav)) {
+        if uavs.clock[..index].iter().any(|other| is_same(other.uav, clock.uav)) {
             problems.add(key, "already has a clock; at most one per UAV", Some(clock.uav.into()));
         }
     }
-    if let Some(radio) = &file.radio {
-        check_radio(radio, uav_range, problems);
+}
+
+fn check_targets(targets: &Targets, problems: &mut Problems) {
+    let at = targets.start.len();
+    if targets.random.is_none() && at == 0 {
+        problems.add("targets", NO_TARGETS, None);
     }
-    check_intruders(&file.intruders, uav_range, problems);
-    let at = file.targets.as_ref().map_or(0, |targets| targets.start.len());
-    if file.traffic.is_none() && scatter.is_none() && at == 0 {
-        problems.add("targets", "no targets; give [targets.random], [[targets.start]] or [traffic]", None);
-    }
-    let Some(targets) = &file.targets else { return };
     problems.check_many("targets.start", at, MAX_AT_ONCE);
-    problems.check_many("targets.manoeuvre", targets.manoeuvre.len(), LISTED_MAX);
-    let scattered = scatter.map_or(0.0, |scatter| scatter.count);
-    let last = (at as f64 + scattered - 1.0).max(0.0);
+    let random = targets.random.as_ref().map_or(0.0, |random| random.count);
+    let last = (at as f64 + random - 1.0).max(0.0);
     let target_range = Allowed::at_least(0.0).at_most(last).with_reason("one of the targets, counted from 0");
-    for (index, manoeuvre) in targets.manoeuvre.iter().enumerate() {
-        let table = format!("targets.manoeuvre.{index}");
+    for (table, manoeuvre) in listed("targets.manoeuvre", &targets.manoeuvre, problems) {
         problems.check_whole(&format!("{table}.target"), manoeuvre.target, target_range);
         problems.check_until(&table, manoeuvre.from_s, manoeuvre.until_s);
     }
-    if scatter.is_some() {
+    if targets.random.is_some() {
         let most = MAX_AT_ONCE.saturating_sub(at).max(1) as f64;
         let count =
             Allowed::at_least(1.0).at_most(most).with_reason("the maximum of targets, less those of [[targets.start]]");
-        problems.check_whole("targets.random.count", scattered, count);
+        problems.check_whole("targets.random.count", random, count);
     }
 }
 
@@ -154,48 +166,45 @@ fn check_intruders(intruders: &[Intruder], uav_range: Allowed, problems: &mut Pr
     }
     for (index, intruder) in intruders.iter().take(INTRUDERS_MAX).enumerate() {
         let table = format!("intruders.{index}");
-        let Intruder { pursued_uav, turn_rate_deg_s, x_m, y_m, distance_m, bearing_deg, .. } = intruder;
-        let (from_uav, in_plane) = (distance_m.or(*bearing_deg), x_m.or(*y_m));
-        let half = match (x_m, y_m) {
-            (Some(_), None) => Some(("x_m", "y_m")),
-            (None, Some(_)) => Some(("y_m", "x_m")),
-            _ => None,
-        };
-        if let Some(uav) = *pursued_uav {
+        if let Some(uav) = intruder.pursued_uav {
             problems.check_whole(&format!("{table}.pursued_uav"), uav, uav_range);
+            if intruder.turn_rate_deg_s.is_some() {
+                let what = "an intruder with a `pursued_uav` turns towards that UAV; keep one";
+                problems.add(format!("{table}.turn_rate_deg_s"), what, None);
+            }
         }
-        if turn_rate_deg_s.is_some() && pursued_uav.is_some() {
-            problems.add(
-                format!("{table}.turn_rate_deg_s"),
-                "an intruder with a `pursued_uav` turns towards that UAV; keep one",
-                None,
-            );
+        check_start(&table, intruder, problems);
+        for (silence_table, silence) in listed(&format!("{table}.transponder_off"), &intruder.transponder_off, problems)
+        {
+            problems.check_until(&silence_table, silence.from_s, silence.until_s);
         }
-        if in_plane.is_some() && from_uav.is_some() {
-            problems.add(table.clone(), "has both `x_m`, `y_m` and a start relative to a UAV; keep one", None);
-        } else if let Some((given, missing)) = half {
-            problems.add(format!("{table}.{given}"), format!("incomplete start; give `{missing}` as well"), None);
-        } else if in_plane.or(from_uav).or(*pursued_uav).is_none() {
-            problems.add(table.clone(), "has no start; give `x_m` and `y_m`, or `pursued_uav`", None);
-        } else if from_uav.is_some() && pursued_uav.is_none() {
-            problems.add(
-                table.clone(),
-                "`distance_m` and `bearing_deg` are relative to the pursued UAV; give `pursued_uav`",
-                None,
-            );
-        }
-        problems.check_many(&format!("{table}.transponder_off"), intruder.transponder_off.len(), LISTED_MAX);
-        for (place, silence) in intruder.transponder_off.iter().take(LISTED_MAX).enumerate() {
-            problems.check_until(&format!("{table}.transponder_off.{place}"), silence.from_s, silence.until_s);
-        }
+    }
+}
+
+/// Checks that an intruder has one start.
+fn check_start(table: &str, intruder: &Intruder, problems: &mut Problems) {
+    let Intruder { pursued_uav, x_m, y_m, distance_m, bearing_deg, .. } = intruder;
+    let (from_uav, in_plane) = (distance_m.or(*bearing_deg), x_m.or(*y_m));
+    let half = match (x_m, y_m) {
+        (Some(_), None) => Some(("x_m", "y_m")),
+        (None, Some(_)) => Some(("y_m", "x_m")),
+        _ => None,
+    };
+    if in_plane.is_some() && from_uav.is_some() {
+        problems.add(table, "has both `x_m`, `y_m` and a start relative to a UAV; keep one", None);
+    } else if let Some((given, missing)) = half {
+        problems.add(format!("{table}.{given}"), format!("incomplete start; give `{missing}` as well"), None);
+    } else if in_plane.or(from_uav).or(*pursued_uav).is_none() {
+        problems.add(table, "has no start; give `x_m` and `y_m`, or `pursued_uav`", None);
+    } else if from_uav.is_some() && pursued_uav.is_none() {
+        let what = "`distance_m` and `bearing_deg` are relative to the pursued UAV; give `pursued_uav`";
+        problems.add(table, what, None);
     }
 }
 
 /// Checks links and partitions; `uav_range` are the valid UAVs.
 fn check_radio(radio: &Radio, uav_range: Allowed, problems: &mut Problems) {
-    problems.check_many("radio.link", radio.link.len(), LISTED_MAX);
-    for (index, link) in radio.link.iter().take(LISTED_MAX).enumerate() {
-        let table = format!("radio.link.{index}");
+    for (index, (table, link)) in listed("radio.link", &radio.link, problems).into_iter().enumerate() {
         problems.check_whole(&format!("{table}.from"), link.from, uav_range);
         problems.check_whole(&format!("{table}.to"), link.to, uav_range);
         if is_same(link.from, link.to) {
@@ -206,9 +215,7 @@ fn check_radio(radio: &Radio, uav_range: Allowed, problems: &mut Problems) {
             problems.add(table, "is the second link between the same two UAVs; keep one", None);
         }
     }
-    problems.check_many("radio.partition", radio.partition.len(), LISTED_MAX);
-    for (index, partition) in radio.partition.iter().enumerate() {
-        let table = format!("radio.partition.{index}");
+    for (table, partition) in listed("radio.partition", &radio.partition, problems) {
         problems.check_until(&table, partition.from_s, partition.until_s);
         if partition.sides.is_empty() {
             problems.add(format!("{table}.sides"), "must be lists of UAVs, like [[0, 1], [2, 3]]", None);
@@ -255,6 +262,7 @@ const PARTNERS: &[(&str, &str)] = &[
     ("filter.correlation_rate_1_s", "targets.correlation_rate_1_s"),
     ("filter.acceleration_sd_m_s2", "targets.acceleration_sd_m_s2"),
     ("duration_s", "period_s"),
+    ("targets", "traffic"),
     ("wind.orbit_wind_m_s", "wind.speed_m_s"),
     ("wind.orbit_wind_m_s", "wind.reference_height_m"),
     ("wind.orbit_wind_m_s", "wind.shear_exponent"),
@@ -275,7 +283,6 @@ pub(super) fn report(problems: Problems, typed: &Typed, seed: u64) -> Result<(),
     let map = Map::new(&typed.origin.text);
     let is_typed = |key: &str| typed.origin.is_typed(&map, key);
     let is_left_out = |key: &str| typed.left_out.iter().any(|out| related(out, key));
-    let as_typed = to_toml(&typed.file, &typed.file.parameters).unwrap_or_default();
     let keys: Vec<String> = found.iter().map(|found| found.key.clone()).collect();
     for (index, Found { key, what, number }) in found.into_iter().enumerate() {
         if problems.len() >= MISTAKES_MAX {
@@ -292,10 +299,9 @@ pub(super) fn report(problems: Problems, typed: &Typed, seed: u64) -> Result<(),
         if partners.any(|by| keys.iter().any(|key| key == by)) || keys[..index].contains(&key) {
             continue;
         }
-        let is_typed_as_table = value_at(&as_typed, &key).is_some_and(toml::Value::is_table);
-        let is_drawn = is_typed_as_table && matches!(number, Some(Number::Constant(_)));
+        let is_drawn = typed.is_drawn(&key) && matches!(number, Some(Number::Constant(_)));
         let value = number.and_then(|number| toml::Value::try_from(number).ok());
-        let value = value.as_ref().or_else(|| value_at(&as_typed, &key));
+        let value = value.as_ref().or_else(|| value_at(&typed.table, &key));
         let message = format!("{}: {what}", with_value(&key, value));
         let help = is_drawn.then(|| format!("this value was drawn for seed {seed}: narrow the distribution"));
         let problem = typed.origin.problem(&map, partner.unwrap_or(&key), message, help);

@@ -229,12 +229,9 @@ fn process_noise(settings: &Settings, targets: &Targets) -> Option<String> {
     let motions: Vec<TargetParams> = match targets {
         Targets::Traffic(traffic) => vec![motion_of_traffic(&traffic.vehicles)],
         Targets::Random { model, manoeuvres, .. } => {
-            let manoeuvres = manoeuvres.iter().map(|manoeuvre| {
-                let [x_m_s2, y_m_s2] = manoeuvre.acceleration_m_s2;
-                TargetParams {
-                    correlation_rate_1_s: 1.0 / (manoeuvre.until_s - manoeuvre.from_s),
-                    acceleration_sd_m_s2: math::hypot(x_m_s2, y_m_s2) / MANOEUVRE_FACTOR,
-                }
+            let manoeuvres = manoeuvres.iter().map(|manoeuvre| TargetParams {
+                correlation_rate_1_s: 1.0 / (manoeuvre.until_s - manoeuvre.from_s),
+                acceleration_sd_m_s2: math::hypot(manoeuvre.ax_m_s2, manoeuvre.ay_m_s2) / MANOEUVRE_FACTOR,
             });
             manoeuvres.chain([*model]).collect()
         }

@@ -56,24 +56,23 @@ fn try_one(bytes: &[u8], origin: Option<Origin>, kind: ZoneKind) -> bool {
         Err(message) => return refused(&message),
     };
     assert!((1..=ZONES_MAX).contains(&found.len()));
-    let constant = |number: &Number| match number {
-        Number::Constant(value) => *value,
-        _ => panic!("{number:?} is not a constant"),
-    };
     let mut all = Vec::new();
     for zone in found {
-        let outline: Vec<_> = match [zone.x_m, zone.y_m, zone.radius_m].map(|number| number.as_ref().map(constant)) {
-            [Some(x_m), Some(y_m), Some(radius_m)] => {
+        let outline: Vec<_> = match (zone.x_m, zone.y_m, zone.radius_m) {
+            (Some(x_m), Some(y_m), Some(radius_m)) => {
                 standoff::ZoneKind::from(zone.kind).circle(Position::from_m(x_m, y_m), radius_m, CIRCLE_VERTICES)
             }
-            _ => zone.vertices.iter().map(|at| Position::from_m(constant(&at[0]), constant(&at[1]))).collect(),
+            _ => zone.vertices.iter().map(|at| Position::from_m(at[0], at[1])).collect(),
         };
         assert!(outline.iter().all(|at| at.is_finite()) && zone.file.is_empty());
-        let [altitude_min_m, altitude_max_m] =
-            [zone.altitude_min_m, zone.altitude_max_m].map(|number| number.as_ref().map(constant));
-        let part_of = zone.part_of.as_ref().map(|number| constant(number) as usize);
-        let kind = zone.kind.into();
-        all.push(Zone { name: zone.name, kind, vertices: outline, altitude_min_m, altitude_max_m, part_of });
+        all.push(Zone {
+            name: zone.name,
+            kind: zone.kind.into(),
+            vertices: outline,
+            altitude_min_m: zone.altitude_min_m,
+            altitude_max_m: zone.altitude_max_m,
+            part_of: zone.part_of.map(|part_of| part_of as usize),
+        });
         Geofence::new(vec![Zone { part_of: None, ..all[all.len() - 1].clone() }]).unwrap();
     }
     // Parts of garbage may touch after rounding; this is an error of the scenario.
