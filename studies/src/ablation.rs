@@ -154,7 +154,7 @@ fn add(table: &mut Table, name: &str, base: &[Metrics], changed: &[Metrics]) {
 
 /// Computes the mean paired difference of a metric.
 pub(crate) fn difference(base: &[Metrics], changed: &[Metrics], metric: &str) -> Estimate {
-    let pairs = base.iter().zip(changed).filter_map(|(from, to)| Some(to.value(metric)? - from.value(metric)?));
+    let pairs = base.iter().zip(changed).filter_map(|(from, to)| Some(to[metric]? - from[metric]?));
     Estimate::mean(&pairs.collect::<Vec<_>>())
 }
 
@@ -199,9 +199,9 @@ fn goals(plan: &Plan, best: &[Metrics], paper: &[Metrics]) -> Result<Table, Fail
     let views = MetricSelection::parse("member_longest_out_of_view_s,infeasible_fraction").map_err(Failure::running)?;
     let unseen = more.fly(&ScenarioVariant::of(IMPROVED, &[]), views)?;
     // Runs with a group that no feasible orbit covers are excluded, because members may then be lost.
-    let feasible: Vec<&Metrics> = unseen.iter().filter(|run| run.infeasible_fraction == Some(0.0)).collect();
+    let feasible: Vec<&Metrics> = unseen.iter().filter(|run| run["infeasible_fraction"] == Some(0.0)).collect();
     let longest_s =
-        feasible.iter().map(|run| run.member_longest_out_of_view_s.unwrap_or(f64::INFINITY)).fold(0.0, f64::max);
+        feasible.iter().map(|run| run["member_longest_out_of_view_s"].unwrap_or(f64::INFINITY)).fold(0.0, f64::max);
     let what =
         format!("longest time out of view, in {} of {} runs (always feasible) (s)", feasible.len(), unseen.len());
     row(&what, 0.0, 0.0, Estimate::exact(longest_s));

@@ -60,7 +60,7 @@ impl Estimate {
 
     /// Computes the root of the ratio of two metrics, pooled over all runs; NaN if undefined.
     pub(crate) fn pooled(runs: &[Metrics], numerator: &str, denominator: &str) -> Self {
-        let column = |metric: &str| runs.iter().map(|run| run.value(metric)).collect::<Vec<_>>();
+        let column = |metric: &str| runs.iter().map(|run| run[metric]).collect::<Vec<_>>();
         let pooled = pooled_root_ratio(&column(numerator), &column(denominator));
         let value = pooled.map_or(f64::NAN, |pooled| pooled.mean);
         let [low, high] = pooled.and_then(|pooled| pooled.ci95).unwrap_or([f64::NAN; 2]);

@@ -8,7 +8,10 @@ use standoff::safety::predicted_trajectory::least_length;
 use standoff::{Aircraft, SeparationParams, UavId};
 use standoff_record::{Frame, IntruderRow, UavRow};
 
+use crate::config::ScoreConfig;
 use crate::flown_path::{Curve, FlownPath, PathModel, Recorded};
+use crate::metric::{Family, GROUPS, LARGE, Metric, NOTHING, SMALL, count, metric};
+use crate::step::Step;
 
 /// Accuracy of the distances, m.
 const ACCURACY_M: f64 = 1e-3;
@@ -18,25 +21,32 @@ const HALVINGS_MAX: u32 = 16;
 
 /// Rules for the pairs of aircraft that count.
 #[derive(Debug, Clone)]
-pub(crate) struct SeparationRules {
-    pub(crate) minima: SeparationParams,
-    pub(crate) model: PathModel,
+struct SeparationRules {
+    minima: SeparationParams,
+    model: PathModel,
     /// True if only pairs of one group count.
-    pub(crate) is_of_groups: bool,
+    is_of_groups: bool,
 }
 
 /// Separation statistics of all UAVs so far.
+#[derive(Debug)]
+pub(crate) struct Separation {
+    rules: SeparationRules,
+    pairs: Separations,
+}
+
+/// Separation statistics of all pairs so far.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Separations {
-    pub(crate) min_m: Option<f64>,
-    pub(crate) min_same_altitude_m: Option<f64>,
-    pub(crate) min_same_group_m: Option<f64>,
+struct Separations {
+    min_m: Option<f64>,
+    min_same_altitude_m: Option<f64>,
+    min_same_group_m: Option<f64>,
     /// Number of times that a UAV and another aircraft violated both minima.
-    pub(crate) violations: u64,
+    violations: u64,
     /// UAV time steps on collision avoidance.
-    pub(crate) avoiding: u64,
+    avoiding: u64,
     /// True if a UAV and at least one other aircraft have flown.
-    pub(crate) has_pairs: bool,
+    has_pairs: bool,
     /// Pairs that violate the minima now.
     near: BTreeSet<(Aircraft, Aircraft)>,
     legs: Legs,
@@ -198,9 +208,43 @@ impl Candidates {
     }
 }
 
+const SAME_GROUP: &str = "separation_min_same_group_m";
+
+impl Family for Separation {
+    const SECTION: &'static str = "Separation and geofences";
+    const METRICS: &'static [Metric<Self>] = &[
+        metric("separation_min_m", "minimum separation", SMALL, 10.0, NOTHING, |of, _| of.pairs.min_m),
+        metric(
+            "separation_min_same_altitude_m",
+            "minimum separation at the same altitude",
+            SMALL,
+            10.0,
+            NOTHING,
+            |of, _| of.pairs.min_same_altitude_m,
+        ),
+        metric(SAME_GROUP, "minimum separation within a group", SMALL, 10.0, GROUPS, |of, _| of.pairs.min_same_group_m),
+        count(metric("separation_violations", "separation violations", LARGE, 0.1, NOTHING, |of, _| {
+            of.pairs.has_pairs.then_some(of.pairs.violations as f64)
+        })),
+        metric("avoidance_time_s", "UAV time spent on collision avoidance", LARGE, 5.0, NOTHING, |of, run| {
+            of.pairs.has_pairs.then_some(of.pairs.avoiding as f64 * run.config.period_s)
+        }),
+    ];
+
+    fn new(config: &ScoreConfig, selected: &[&str]) -> Self {
+        let model = PathModel::new(&config.team, config.period_s);
+        let rules = SeparationRules { minima: config.separation, model, is_of_groups: selected == [SAME_GROUP] };
+        Self { rules, pairs: Separations::default() }
+    }
+
+    fn add(&mut self, step: &Step<'_>) {
+        self.pairs.frame(&self.rules, step.frame);
+    }
+}
+
 impl Separations {
     /// Adds the next frame, and the paths from the last frame to it.
-    pub(crate) fn frame(&mut self, rules: &SeparationRules, frame: &Frame) {
+    fn frame(&mut self, rules: &SeparationRules, frame: &Frame) {
         let avoids = |uav: &&UavRow| uav.avoided_uav.is_some() || uav.avoided_intruder.is_some();
         self.avoiding += frame.uavs.iter().filter(avoids).count() as u64;
         self.legs.next(&rules.model, frame);
@@ -337,7 +381,7 @@ fn closest(relative: &Curve, vertical_min_m: f64, halvings_max: u32, least: &mut
 }
 
 /// Replaces `least` by `value` if that is smaller.
-pub(crate) fn take_least(least: &mut Option<f64>, value: f64) {
+fn take_least(least: &mut Option<f64>, value: f64) {
     *least = Some(least.map_or(value, |least| least.min(value)));
 }
 
