@@ -22,7 +22,7 @@ mod separation;
 mod standoff;
 
 /// All families, in the order of the results table.
-pub(crate) const FAMILIES: [FamilyEntry; 16] = [
+pub(crate) const FAMILIES: &[FamilyEntry] = &[
     FamilyEntry::of::<custody::Custody>(),
     FamilyEntry::of::<off_boresight::OffBoresight>(),
     FamilyEntry::of::<estimation::Estimation>(),

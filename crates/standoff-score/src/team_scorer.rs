@@ -24,7 +24,7 @@ impl TeamScorer {
     /// Makes a scorer without data for the selected metrics; the other metrics may be `None`.
     pub(crate) fn new(config: ScoreConfig, choice: MetricSelection) -> Self {
         let (mut inputs, mut families, mut first) = (Inputs::default(), Vec::new(), 0);
-        for family in &FAMILIES {
+        for family in FAMILIES {
             let all = (family.metrics)();
             let is_selected = |index: &usize| choice.has(first + index);
             let selected: Vec<&str> = (0..all.len()).filter(is_selected).map(|index| all[index].name).collect();
