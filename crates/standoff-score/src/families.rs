@@ -2,7 +2,7 @@
 
 use std::sync::LazyLock;
 
-use crate::metric::{FamilyEntry, MetricInfo};
+use crate::metric::{AnyFamily, MetricInfo};
 
 mod agreement;
 pub(crate) mod association;
@@ -21,28 +21,30 @@ mod prediction_error;
 mod separation;
 mod standoff;
 
-/// All families, in the order of the results table.
-pub(crate) const FAMILIES: &[FamilyEntry] = &[
-    FamilyEntry::of::<custody::Custody>(),
-    FamilyEntry::of::<off_boresight::OffBoresight>(),
-    FamilyEntry::of::<estimation::Estimation>(),
-    FamilyEntry::of::<consistency::Consistency>(),
-    FamilyEntry::of::<innovation::Innovations>(),
-    FamilyEntry::of::<cramer_rao::CramerRao>(),
-    FamilyEntry::of::<association::Association>(),
-    FamilyEntry::of::<standoff::Standoff>(),
-    FamilyEntry::of::<prediction_error::PredictionErrors>(),
-    FamilyEntry::of::<phase::Phase>(),
-    FamilyEntry::of::<control_effort::ControlEffort>(),
-    FamilyEntry::of::<separation::Separation>(),
-    FamilyEntry::of::<geofence::Zones>(),
-    FamilyEntry::of::<coordination::Coordination>(),
-    FamilyEntry::of::<duplicate_coverage::DuplicateCoverage>(),
-    FamilyEntry::of::<agreement::Agreement>(),
-];
+/// Returns all families without data, in the order of the results table.
+pub(crate) fn all() -> [Box<dyn AnyFamily>; 16] {
+    [
+        Box::<custody::Custody>::default(),
+        Box::<off_boresight::OffBoresight>::default(),
+        Box::<estimation::Estimation>::default(),
+        Box::<consistency::Consistency>::default(),
+        Box::<innovation::Innovations>::default(),
+        Box::<cramer_rao::CramerRao>::default(),
+        Box::<association::Association>::default(),
+        Box::<standoff::Standoff>::default(),
+        Box::<prediction_error::PredictionErrors>::default(),
+        Box::<phase::Phase>::default(),
+        Box::<control_effort::ControlEffort>::default(),
+        Box::<separation::Separations>::default(),
+        Box::<geofence::Zones>::default(),
+        Box::<coordination::Coordination>::default(),
+        Box::<duplicate_coverage::DuplicateCoverage>::default(),
+        Box::<agreement::Agreement>::default(),
+    ]
+}
 
 static METRICS: LazyLock<Vec<MetricInfo>> =
-    LazyLock::new(|| FAMILIES.iter().flat_map(|family| (family.metrics)()).collect());
+    LazyLock::new(|| all().iter().flat_map(|family| family.metrics()).collect());
 
 impl MetricInfo {
     /// Returns all metrics, in the order of the results table.

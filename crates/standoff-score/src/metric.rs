@@ -142,8 +142,8 @@ pub(crate) const fn of_all_agents<F>(mut metric: Metric<F>) -> Metric<F> {
     metric
 }
 
-/// Accumulator of the metrics of a family.
-pub(crate) trait Family: Debug + Send + Sized + 'static {
+/// Accumulator of the metrics of a family; the default is without data.
+pub(crate) trait Family: Default + Debug + Send + 'static {
     /// Section of the results table.
     const SECTION: &'static str;
     const SET: MetricSet = MetricSet::Standard;
@@ -155,22 +155,31 @@ pub(crate) trait Family: Debug + Send + Sized + 'static {
         Inputs::default()
     }
 
-    /// Makes an accumulator without data for the selected metrics; the other values may be `None`.
-    fn new(config: &ScoreConfig, selected: &[&str]) -> Self;
-
-    /// Adds the next time step.
+    /// Adds the next time step. Values that were not selected may be `None`.
     fn add(&mut self, step: &Step<'_>);
 }
 
 /// Accumulator of any family.
 pub(crate) trait AnyFamily: Debug + Send {
+    /// Returns the metrics, in the order of the values.
+    fn metrics(&self) -> Vec<MetricInfo>;
+    /// Returns the inputs of the selected metrics.
+    fn inputs_of(&self, selected: &[&str]) -> Inputs;
     /// Adds the next time step.
     fn add_step(&mut self, step: &Step<'_>);
-    /// Returns the values so far, in the order of the metrics.
+    /// Returns the values so far.
     fn values(&self, run: &Run<'_>) -> Vec<Option<f64>>;
 }
 
 impl<F: Family> AnyFamily for F {
+    fn metrics(&self) -> Vec<MetricInfo> {
+        F::METRICS.iter().map(|metric| MetricInfo { section: F::SECTION, set: F::SET, ..metric.info }).collect()
+    }
+
+    fn inputs_of(&self, selected: &[&str]) -> Inputs {
+        F::inputs(selected)
+    }
+
     fn add_step(&mut self, step: &Step<'_>) {
         self.add(step);
     }
@@ -180,28 +189,11 @@ impl<F: Family> AnyFamily for F {
     }
 }
 
-/// Entry of a family in the list of all.
-pub(crate) struct FamilyEntry {
-    pub(crate) metrics: fn() -> Vec<MetricInfo>,
-    pub(crate) inputs: fn(&[&str]) -> Inputs,
-    pub(crate) new: fn(&ScoreConfig, &[&str]) -> Box<dyn AnyFamily>,
-}
-
-impl FamilyEntry {
-    pub(crate) const fn of<F: Family>() -> Self {
-        Self { metrics: infos::<F>, inputs: F::inputs, new: |config, selected| Box::new(F::new(config, selected)) }
-    }
-}
-
-fn infos<F: Family>() -> Vec<MetricInfo> {
-    F::METRICS.iter().map(|metric| MetricInfo { section: F::SECTION, set: F::SET, ..metric.info }).collect()
-}
-
 /// Accumulates these frames, for tests of a family.
 #[cfg(test)]
 pub(crate) fn accumulated<F: Family>(config: &ScoreConfig, frames: impl IntoIterator<Item: Borrow<Frame>>) -> F {
     let all: Vec<&str> = F::METRICS.iter().map(|metric| metric.info.name).collect();
-    let (mut family, mut steps) = (F::new(config, &all), Steps::new(F::inputs(&all)));
+    let (mut family, mut steps) = (F::default(), Steps::new(config, F::inputs(&all)));
     frames.into_iter().for_each(|frame| steps.next(config, frame.borrow(), |step| family.add(step)));
     family
 }

@@ -253,7 +253,7 @@ mod tests {
 
     fn scored_by(courses: &[&[At]], covered: bool) -> PerTarget {
         let mut targets = PerTarget::default();
-        let mut steps = Steps::new(Inputs { targets: true, covered, ..Inputs::default() });
+        let mut steps = Steps::new(&score_config(), Inputs { targets: true, covered, ..Inputs::default() });
         for step in 0..courses[0].len() {
             let mut frame = Frame { uavs: vec![uav_row(0)], ..Frame::default() };
             for (target, course) in (0..).zip(courses) {

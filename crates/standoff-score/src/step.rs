@@ -1,9 +1,12 @@
 //! A time step: a frame, and what several metric families derive from it.
 
+use standoff::Duration;
 use standoff::by_group::ByGroup;
+use standoff::target::Transition;
 use standoff_record::Frame;
 
 use crate::config::ScoreConfig;
+use crate::flown_path::PathModel;
 use crate::geometry::Coverage;
 use crate::grouped::Grouped;
 use crate::matching::{self, Matched, Matching};
@@ -22,6 +25,8 @@ pub(crate) struct Inputs {
     /// Targets that each sensor covers.
     pub(crate) covered: bool,
     pub(crate) true_orbits: bool,
+    /// Separation of aircraft that are not in the same group.
+    pub(crate) all_pairs: bool,
 }
 
 impl Inputs {
@@ -33,6 +38,7 @@ impl Inputs {
             nees: self.nees || other.nees,
             covered: self.covered || other.covered,
             true_orbits: self.true_orbits || other.true_orbits,
+            all_pairs: self.all_pairs || other.all_pairs,
         }
     }
 }
@@ -42,6 +48,11 @@ impl Inputs {
 pub(crate) struct Step<'a> {
     pub(crate) config: &'a ScoreConfig,
     pub(crate) frame: &'a Frame,
+    pub(crate) inputs: Inputs,
+    /// Paths of aircraft since the last frame.
+    pub(crate) paths: &'a PathModel,
+    /// Target model that the filters assume, over one time step.
+    pub(crate) transition: &'a Transition,
     pub(crate) matching: &'a Matching<'a>,
     pub(crate) grouped: &'a Grouped,
     /// UAVs of each group.
@@ -58,6 +69,8 @@ pub(crate) struct Step<'a> {
 #[derive(Debug)]
 pub(crate) struct Steps {
     inputs: Inputs,
+    paths: PathModel,
+    transition: Transition,
     /// Empty between two time steps.
     matching: Matching<'static>,
     uavs: ByGroup<u32>,
@@ -68,9 +81,11 @@ pub(crate) struct Steps {
 
 impl Steps {
     /// Makes a sequence with these inputs that has not processed any frame.
-    pub(crate) fn new(inputs: Inputs) -> Self {
+    pub(crate) fn new(config: &ScoreConfig, inputs: Inputs) -> Self {
         Self {
             inputs,
+            paths: PathModel::new(&config.team, config.period_s),
+            transition: config.target.transition(Duration::from_s(config.period_s)),
             matching: Matching::default(),
             uavs: ByGroup::default(),
             coverage: Coverage::new(inputs.covered),
@@ -81,7 +96,7 @@ impl Steps {
 
     /// Calls `score` with the time step of the next frame.
     pub(crate) fn next(&mut self, config: &ScoreConfig, frame: &Frame, score: impl FnOnce(&Step<'_>)) {
-        let Self { inputs, uavs, coverage, true_orbits, nees, .. } = self;
+        let Self { inputs, paths, transition, uavs, coverage, true_orbits, nees, .. } = self;
         let mut matching = std::mem::take(&mut self.matching);
         matching.fill(&frame.truth, &frame.tracks);
         uavs.fill(matching::assigned(frame));
@@ -96,8 +111,20 @@ impl Steps {
             let of_member = |pair: &Matched<'_>| pair.track.group.and_then(|_| nees_per_state(config, *pair));
             nees.extend(matching.pairs().iter().map(of_member));
         }
-        let grouped = Grouped::of(frame);
-        score(&Step { config, frame, matching: &matching, grouped: &grouped, uavs, coverage, true_orbits, nees });
+        let (inputs, matching_of, grouped) = (*inputs, &matching, &Grouped::of(frame));
+        score(&Step {
+            config,
+            frame,
+            inputs,
+            paths,
+            transition,
+            matching: matching_of,
+            grouped,
+            uavs,
+            coverage,
+            true_orbits,
+            nees,
+        });
         self.matching = matching.emptied();
     }
 }

@@ -3,7 +3,7 @@
 use standoff_record::Frame;
 
 use crate::config::ScoreConfig;
-use crate::families::FAMILIES;
+use crate::families;
 use crate::metric::{AnyFamily, Run};
 use crate::metrics::{MetricSelection, Metrics};
 use crate::per_target::PerTarget;
@@ -23,18 +23,18 @@ pub(crate) struct TeamScorer {
 impl TeamScorer {
     /// Makes a scorer without data for the selected metrics; the other metrics may be `None`.
     pub(crate) fn new(config: ScoreConfig, choice: MetricSelection) -> Self {
-        let (mut inputs, mut families, mut first) = (Inputs::default(), Vec::new(), 0);
-        for family in FAMILIES {
-            let all = (family.metrics)();
+        let (mut inputs, mut chosen, mut first) = (Inputs::default(), Vec::new(), 0);
+        for family in families::all() {
+            let all = family.metrics();
             let is_selected = |index: &usize| choice.has(first + index);
             let selected: Vec<&str> = (0..all.len()).filter(is_selected).map(|index| all[index].name).collect();
             if !selected.is_empty() {
-                inputs = inputs.and((family.inputs)(&selected));
-                families.push((first, (family.new)(&config, &selected)));
+                inputs = inputs.and(family.inputs_of(&selected));
+                chosen.push((first, family));
             }
             first += all.len();
         }
-        Self { config, inputs, steps: Steps::new(inputs), targets: PerTarget::default(), families }
+        Self { steps: Steps::new(&config, inputs), config, inputs, targets: PerTarget::default(), families: chosen }
     }
 
     /// Adds the next frame.

@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 
 use standoff_record::{AgentRow, PerAgentTables};
 
-use crate::config::ScoreConfig;
 use crate::mean::Mean;
 use crate::metric::{Family, LARGE, Metric, MetricSet, NOTHING, metric};
 use crate::step::Step;
@@ -62,10 +61,6 @@ impl Family for Agreement {
             |of, _| of.retransmission_limited.value(),
         ),
     ];
-
-    fn new(_: &ScoreConfig, _: &[&str]) -> Self {
-        Self::default()
-    }
 
     fn add(&mut self, step: &Step<'_>) {
         let (time_us, agents) = (step.frame.time_us, &step.frame.agents);

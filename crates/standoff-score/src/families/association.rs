@@ -79,10 +79,6 @@ impl Family for Association {
         Inputs { covered: true, ..Inputs::default() }
     }
 
-    fn new(_: &ScoreConfig, _: &[&str]) -> Self {
-        Self::default()
-    }
-
     fn add(&mut self, step: &Step<'_>) {
         if !step.coverage.is_blind() {
             self.has_looked = true;

@@ -1,6 +1,5 @@
 //! Consistency of the filters: average normalised estimation error squared (ANEES).
 
-use crate::config::ScoreConfig;
 use crate::mean::Mean;
 use crate::metric::{BOTH, Family, Metric, NEITHER, metric};
 use crate::step::{Inputs, Step};
@@ -27,10 +26,6 @@ impl Family for Consistency {
 
     fn inputs(selected: &[&str]) -> Inputs {
         Inputs { nees: true, errors: true, targets: selected != [ALL], ..Inputs::default() }
-    }
-
-    fn new(_: &ScoreConfig, _: &[&str]) -> Self {
-        Self::default()
     }
 
     fn add(&mut self, step: &Step<'_>) {

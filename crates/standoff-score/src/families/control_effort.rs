@@ -4,7 +4,6 @@
 //! improve the metrics.
 
 use crate::by_id::ById;
-use crate::config::ScoreConfig;
 use crate::geometry::group_of;
 use crate::mean::{Mean, per_min};
 use crate::metric::{Family, GROUPS, LARGE, Metric, NOTHING, metric};
@@ -55,10 +54,6 @@ impl Family for ControlEffort {
             per_min(of.reversals, of.speed_saturated.n, run.config.period_s)
         }),
     ];
-
-    fn new(_: &ScoreConfig, _: &[&str]) -> Self {
-        Self::default()
-    }
 
     fn add(&mut self, step: &Step<'_>) {
         let settled = step.config.is_settled(step.frame);

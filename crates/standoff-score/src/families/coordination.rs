@@ -1,7 +1,6 @@
 //! Coordination: handoffs, removals, and reassignments of UAVs.
 
 use crate::by_id::ById;
-use crate::config::ScoreConfig;
 use crate::mean::per_min;
 use crate::metric::{EVENTS, Family, GROUPS, LARGE, Metric, NEITHER, count, metric};
 use crate::step::Step;
@@ -30,10 +29,6 @@ impl Family for Coordination {
         }),
     ];
 
-    fn new(_: &ScoreConfig, _: &[&str]) -> Self {
-        Self::default()
-    }
-
     fn add(&mut self, step: &Step<'_>) {
         for event in &step.frame.events {
             self.handoffs += u64::from(event.kind == "handoff-completed");
@@ -52,7 +47,7 @@ impl Family for Coordination {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use crate::ScoreConfig;
     use crate::common::{score, score_config};
     use crate::row_fixtures::uav_row;
     use standoff_record::{Frame, UavRow};

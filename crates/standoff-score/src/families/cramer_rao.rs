@@ -104,14 +104,14 @@ impl Bound {
     }
 }
 
-/// Estimates compared with their bound, if it is defined.
-#[derive(Debug)]
-pub(crate) struct CramerRao(Option<Bound>);
+/// Estimates compared with their bound, if it is defined; outer `None` before the first time step.
+#[derive(Debug, Default)]
+pub(crate) struct CramerRao(Option<Option<Bound>>);
 
 impl CramerRao {
     /// Returns the efficiencies of position and velocity.
     fn efficiencies(&self) -> [Efficiency; 2] {
-        self.0.as_ref().map(Bound::efficiencies).unwrap_or_default()
+        self.0.iter().flatten().next().map(Bound::efficiencies).unwrap_or_default()
     }
 }
 
@@ -146,12 +146,8 @@ impl Family for CramerRao {
         }),
     ];
 
-    fn new(config: &ScoreConfig, _: &[&str]) -> Self {
-        Self(Bound::of(config))
-    }
-
     fn add(&mut self, step: &Step<'_>) {
-        if let Some(bound) = &mut self.0 {
+        if let Some(bound) = self.0.get_or_insert_with(|| Bound::of(step.config)) {
             bound.frame(step.frame, step.matching);
         }
     }

@@ -1,6 +1,5 @@
 //! Custody: targets in view and in a group, targets that were lost, and targets in no group.
 
-use crate::config::ScoreConfig;
 use crate::mean::Mean;
 use crate::metric::{BOTH, Family, LARGE, Metric, NOTHING, SMALL, metric, of_all_agents};
 use crate::per_target::Tally;
@@ -53,10 +52,6 @@ impl Family for Custody {
 
     fn inputs(selected: &[&str]) -> Inputs {
         Inputs { targets: selected != [UNGROUPED], ..Inputs::default() }
-    }
-
-    fn new(_: &ScoreConfig, _: &[&str]) -> Self {
-        Self::default()
     }
 
     fn add(&mut self, step: &Step<'_>) {

@@ -2,7 +2,6 @@
 
 use standoff_record::AgentRow;
 
-use crate::config::ScoreConfig;
 use crate::matching::Matching;
 use crate::mean::Mean;
 use crate::metric::{Family, LARGE, Metric, MetricSet, NOTHING, metric};
@@ -24,10 +23,6 @@ impl Family for DuplicateCoverage {
         &[metric("duplicate_coverage_fraction", "target time covered by two groups", LARGE, 0.01, NOTHING, |of, _| {
             of.fraction.value()
         })];
-
-    fn new(_: &ScoreConfig, _: &[&str]) -> Self {
-        Self::default()
-    }
 
     /// A UAV covers a target if it believes that the target is in its own group, because it flies the orbit of that
     /// group.

@@ -3,7 +3,6 @@
 use standoff::Displacement;
 use standoff::by_group::ByGroup;
 
-use crate::config::ScoreConfig;
 use crate::matching::{Matched, assigned};
 use crate::mean::Mean;
 use crate::metric::{BOTH, Family, LARGE, Metric, TRACKS, metric};
@@ -45,10 +44,6 @@ impl Family for Estimation {
 
     fn inputs(_: &[&str]) -> Inputs {
         Inputs { errors: true, ..Inputs::default() }
-    }
-
-    fn new(_: &ScoreConfig, _: &[&str]) -> Self {
-        Self::default()
     }
 
     fn add(&mut self, step: &Step<'_>) {

@@ -6,7 +6,7 @@ use standoff::{Geofence, TeamParams, UavId};
 use standoff_record::UavRow;
 
 use crate::config::ScoreConfig;
-use crate::flown_path::{Curve, PathModel, Recorded};
+use crate::flown_path::{Curve, Recorded};
 use crate::geometry::at;
 use crate::mean::Mean;
 use crate::metric::{Family, LARGE, Metric, NOTHING, count, metric};
@@ -16,9 +16,8 @@ use crate::step::Step;
 const ACCURACY_M: f64 = 1e-3;
 
 /// Geofence statistics of all UAVs so far. Empty without zones.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Zones {
-    model: PathModel,
     /// State of every UAV in the last frame.
     before: BTreeMap<u32, Before>,
     /// Time of that frame.
@@ -55,18 +54,8 @@ impl Family for Zones {
         }),
     ];
 
-    fn new(config: &ScoreConfig, _: &[&str]) -> Self {
-        Self {
-            model: PathModel::new(&config.team, config.period_s),
-            before: BTreeMap::new(),
-            before_us: 0,
-            violations: 0,
-            detour: Mean::default(),
-        }
-    }
-
     /// Adds the paths from the last frame to the next one, too.
-    fn add(&mut self, Step { config, frame, .. }: &Step<'_>) {
+    fn add(&mut self, Step { config, frame, paths, .. }: &Step<'_>) {
         let ScoreConfig { geofence, team, .. } = config;
         if geofence.is_empty() {
             return;
@@ -82,11 +71,11 @@ impl Family for Zones {
             let before = self.before.get(&uav.uav);
             if let Some(before) = before {
                 let from = before.recorded.position();
-                let bend_max_m = self.model.bend_max_m(&before.recorded, &recorded, duration_s);
+                let bend_max_m = paths.bend_max_m(&before.recorded, &recorded, duration_s);
                 if geofence.has_side_near(from.midpoint(position), 0.5 * from.distance_m(position) + bend_max_m + 1.0) {
                     let [low_m, high_m] = before.altitudes_m;
                     let between_m = [low_m.min(altitudes_m[0]), high_m.max(altitudes_m[1])];
-                    let path = self.model.path(&before.recorded, &recorded, duration_s);
+                    let path = paths.path(&before.recorded, &recorded, duration_s);
                     path.curves().iter().for_each(|curve| add_crossed(geofence, curve, between_m, &mut violated));
                 }
             }

@@ -18,10 +18,9 @@ use nalgebra::Matrix2;
 use standoff::sensor::jacobian;
 use standoff::sensor::measure;
 use standoff::target::Transition;
-use standoff::{Angle, Covariance, Duration, Position, RangeBearingMeasurement, SensorParams, TargetState};
+use standoff::{Angle, Covariance, Position, RangeBearingMeasurement, SensorParams, TargetState};
 use standoff_record::TrackRow;
 
-use crate::config::ScoreConfig;
 use crate::geometry::at;
 use crate::matching;
 use crate::mean::Mean;
@@ -29,9 +28,8 @@ use crate::metric::{Family, Metric, MetricSet, NEITHER, TRACKS, metric};
 use crate::step::Step;
 
 /// Normalised innovations squared of a run.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Innovations {
-    transition: Transition,
     /// Tracks of the previous frame.
     before: Vec<TrackRow>,
     /// Their predicted measurements, if they are measured at the current time step.
@@ -45,16 +43,7 @@ impl Family for Innovations {
     const SET: MetricSet = MetricSet::Limits;
     const METRICS: &'static [Metric<Self>] = &[metric("nis", "NIS", NEITHER, 0.02, TRACKS, |of, _| of.value())];
 
-    fn new(config: &ScoreConfig, _: &[&str]) -> Self {
-        Self {
-            transition: config.target.transition(Duration::from_s(config.period_s)),
-            before: Vec::new(),
-            predicted: Vec::new(),
-            squares: Mean::default(),
-        }
-    }
-
-    fn add(&mut self, Step { config, frame, .. }: &Step<'_>) {
+    fn add(&mut self, Step { config, frame, transition, .. }: &Step<'_>) {
         self.predicted.clear();
         self.predicted.resize(self.before.len(), None);
         for detection in &frame.detections {
@@ -63,7 +52,7 @@ impl Family for Innovations {
             let z =
                 RangeBearingMeasurement { range_m: detection.range_m, bearing: Angle::from_rad(detection.bearing_rad) };
             self.predicted[index]
-                .get_or_insert_with(|| PredictedMeasurement::of(&self.before[index], &self.transition))
+                .get_or_insert_with(|| PredictedMeasurement::of(&self.before[index], transition))
                 .compare(&config.sensor, at(uav), &z);
         }
         for target in self.predicted.iter().flatten() {
@@ -149,7 +138,6 @@ fn lower_root(covariance: &Matrix2<f64>) -> Matrix2<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::common::score_config;
     use nalgebra::{Matrix6, Matrix6x2, Vector6};
     use standoff::Displacement;
 
@@ -239,7 +227,7 @@ mod tests {
     /// A sum that is not finite has no mean.
     #[test]
     fn infinite_sum_has_no_mean() {
-        let mut innovations = Innovations::new(&score_config(), &[]);
+        let mut innovations = Innovations::default();
         assert_eq!(innovations.value(), None);
         innovations.squares = Mean { sum: 7.0, n: 2 };
         assert_eq!(innovations.value(), Some(3.5));

@@ -1,6 +1,5 @@
 //! Off-boresight angles of group members.
 
-use crate::config::ScoreConfig;
 use crate::geometry::off_boresight_angles_rad;
 use crate::mean::Mean;
 use crate::metric::{BOTH, Family, LARGE, Metric, metric};
@@ -29,10 +28,6 @@ impl Family for OffBoresight {
             |of, _| of.max_deg,
         ),
     ];
-
-    fn new(_: &ScoreConfig, _: &[&str]) -> Self {
-        Self::default()
-    }
 
     fn add(&mut self, step: &Step<'_>) {
         // UAVs are processed in pairs (SIMD). A single last UAV is paired with itself.

@@ -2,7 +2,6 @@
 
 use standoff::{Displacement, math};
 
-use crate::config::ScoreConfig;
 use crate::geometry::{at, desired_pair_phase_rad, phase_gaps_rad};
 use crate::mean::Mean;
 use crate::metric::{BOTH, Family, LARGE, Metric, metric};
@@ -23,10 +22,6 @@ impl Family for Phase {
 
     fn inputs(_: &[&str]) -> Inputs {
         Inputs { true_orbits: true, ..Inputs::default() }
-    }
-
-    fn new(_: &ScoreConfig, _: &[&str]) -> Self {
-        Self::default()
     }
 
     fn add(&mut self, step: &Step<'_>) {

@@ -10,11 +10,9 @@
 
 use standoff::by_group::ByGroup;
 use standoff::guidance::orbit_motion::OrbitMotion;
-use standoff::target::Transition;
-use standoff::{Duration, TargetState, Velocity};
+use standoff::{TargetState, Velocity};
 use standoff_record::{GroupRow, TrackRow};
 
-use crate::config::ScoreConfig;
 use crate::geometry::{at, centre, off_orbit_m};
 use crate::matching;
 use crate::mean::Mean;
@@ -23,9 +21,8 @@ use crate::step::{Inputs, Step};
 use crate::true_orbits::TrueOrbits;
 
 /// One-step prediction errors of a run, from `transient_s` on.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct PredictionErrors {
-    transition: Transition,
     before: Vec<TrackRow>,
     groups_before: Vec<GroupRow>,
     orbits_before: TrueOrbits,
@@ -61,20 +58,6 @@ impl Family for PredictionErrors {
         Inputs { true_orbits: true, ..Inputs::default() }
     }
 
-    fn new(config: &ScoreConfig, _: &[&str]) -> Self {
-        Self {
-            transition: config.target.transition(Duration::from_s(config.period_s)),
-            before: Vec::new(),
-            groups_before: Vec::new(),
-            orbits_before: TrueOrbits::default(),
-            on_orbits: ByGroup::default(),
-            on_orbits_before: ByGroup::default(),
-            members: Vec::new(),
-            truth: Mean::default(),
-            own: Mean::default(),
-        }
-    }
-
     fn add(&mut self, step: &Step<'_>) {
         let frame = step.frame;
         std::mem::swap(&mut self.on_orbits, &mut self.on_orbits_before);
@@ -100,7 +83,7 @@ impl PredictionErrors {
             return;
         }
         self.members.clear();
-        self.members.extend(before.map(|track| self.transition.predict(&TargetState(track.state.into()))));
+        self.members.extend(before.map(|track| step.transition.predict(&TargetState(track.state.into()))));
         let members = &self.members;
         let (Some(truth), Some(desired)) = (orbits.of(group.group), config.orbit(members)) else { return };
         let after = |flown: &OrbitMotion, margin_m: f64| config.orbit_after(flown, &desired, members, margin_m);
@@ -137,6 +120,7 @@ mod tests {
     use standoff::Position;
     use standoff_record::Frame;
 
+    use crate::ScoreConfig;
     use crate::common::config_of;
     use crate::metric::accumulated;
     use crate::missions::{frames, load};

@@ -2,7 +2,6 @@
 
 use standoff::guidance::orbit_motion::OrbitMotion;
 
-use crate::config::ScoreConfig;
 use crate::geometry::{at, centre, off_orbit_m};
 use crate::mean::Mean;
 use crate::metric::{BOTH, Family, GROUPS, LARGE, Metric, NEITHER, metric};
@@ -59,10 +58,6 @@ impl Family for Standoff {
         Inputs { true_orbits: true, ..Inputs::default() }
     }
 
-    fn new(_: &ScoreConfig, _: &[&str]) -> Self {
-        Self::default()
-    }
-
     fn add(&mut self, step: &Step<'_>) {
         let settled = step.config.is_settled(step.frame);
         for group in &step.frame.groups {
@@ -92,8 +87,8 @@ impl Family for Standoff {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use crate::FrameScorer;
+    use crate::ScoreConfig;
     use crate::common::{score, score_config};
     use crate::row_fixtures::{group_row, track_row, truth_row, uav_row};
     use standoff::params::CentreEstimate;
