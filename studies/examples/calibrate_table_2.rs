@@ -44,31 +44,31 @@ struct Row {
 const ROWS: [Row; 5] = [
     Row {
         name: "position, m",
-        metric: |metrics| metrics.position_error_m,
+        metric: |metrics| metrics["position_error_m"],
         paper: [Some(9.5227), Some(6.8615), Some(6.8570)],
         of: Cells::Estimation,
     },
     Row {
         name: "velocity, m/s",
-        metric: |metrics| metrics.velocity_error_m_s,
+        metric: |metrics| metrics["velocity_error_m_s"],
         paper: [Some(1.6252), Some(1.2887), Some(1.2768)],
         of: Cells::Estimation,
     },
     Row {
         name: "standoff distance, m",
-        metric: |metrics| metrics.standoff_error_own_estimate_m,
+        metric: |metrics| metrics["standoff_error_own_estimate_m"],
         paper: [Some(31.5984), Some(29.8649), Some(9.1261)],
         of: Cells::Guidance,
     },
     Row {
         name: "phase error, deg",
-        metric: |metrics| metrics.phase_error_deg,
+        metric: |metrics| metrics["phase_error_deg"],
         paper: [None, Some(2.3173), Some(1.6205)],
         of: Cells::Guidance,
     },
     Row {
         name: "off-boresight angle, deg",
-        metric: |metrics| metrics.off_boresight_mean_deg,
+        metric: |metrics| metrics["off_boresight_mean_deg"],
         paper: [Some(15.6864), Some(15.4000), Some(14.5131)],
         of: Cells::Guidance,
     },
@@ -291,9 +291,9 @@ impl Flown {
         let each = |metric| self.0.iter().map(|runs| share(runs, metric)).sum::<f64>();
         let [.., pair] = &self.0;
         self.distance(cells)
-            + INFEASIBLE_PENALTY * each(|metrics| metrics.infeasible_fraction)
+            + INFEASIBLE_PENALTY * each(|metrics| metrics["infeasible_fraction"])
             + REMOVAL_PENALTY * each(removals)
-            + OUT_OF_VIEW_PENALTY * share(pair, |metrics| metrics.member_out_of_view_fraction)
+            + OUT_OF_VIEW_PENALTY * share(pair, |metrics| metrics["member_out_of_view_fraction"])
     }
 
     fn within(&self, cells: Cells, share: f64) -> usize {
@@ -315,7 +315,7 @@ impl Flown {
 }
 
 fn removals(metrics: &Metrics) -> Option<f64> {
-    metrics.value("removals")
+    metrics["removals"]
 }
 
 /// Returns the mean of a value that is zero if nothing was measured.
@@ -343,19 +343,19 @@ impl fmt::Display for Flown {
             writeln!(out, "| {} | {} |", row.name, cells.join(" | "))?;
         }
         let further: [(&str, Metric); 5] = [
-            ("mean r_d, m", |metrics| metrics.standoff_distance_m),
-            ("out of view, share", |metrics| metrics.member_out_of_view_fraction),
-            ("infeasible, share", |metrics| metrics.infeasible_fraction),
+            ("mean r_d, m", |metrics| metrics["standoff_distance_m"]),
+            ("out of view, share", |metrics| metrics["member_out_of_view_fraction"]),
+            ("infeasible, share", |metrics| metrics["infeasible_fraction"]),
             ("removals per run", removals),
-            ("ANEES", |metrics| metrics.anees),
+            ("ANEES", |metrics| metrics["anees"]),
         ];
         for (name, metric) in further {
             let cells: Vec<_> = self.0.iter().map(|runs| formatted(mean(runs, metric))).collect();
             writeln!(out, "| {name} | {} |", cells.join(" | "))?;
         }
         let bounds: [(&str, Metric, Metric); 2] = [
-            ("position", |metrics| metrics.position_squared_error_m2, |metrics| metrics.position_crlb_m2),
-            ("velocity", |metrics| metrics.velocity_squared_error_m2_s2, |metrics| metrics.velocity_crlb_m2_s2),
+            ("position", |metrics| metrics["position_squared_error_m2"], |metrics| metrics["position_crlb_m2"]),
+            ("velocity", |metrics| metrics["velocity_squared_error_m2_s2"], |metrics| metrics["velocity_crlb_m2_s2"]),
         ];
         for (name, squared, bound) in bounds {
             let cells: Vec<_> = self.0.iter().map(|runs| formatted(over_bound(runs, squared, bound))).collect();
@@ -462,10 +462,10 @@ fn goals(set: &[String]) -> Result<String, Box<dyn Error>> {
     let runs = column("pair", &set, FRESH_SEEDS, metrics, Part::Whole)?;
     Ok(format!(
         "modified law, settled: true standoff error {} m, own {} m; phase {} deg; out of view {}",
-        formatted(mean(&runs, |metrics| metrics.standoff_error_m_settled)),
-        formatted(mean(&runs, |metrics| metrics.standoff_error_own_estimate_m_settled)),
-        formatted(mean(&runs, |metrics| metrics.phase_error_deg)),
-        formatted(mean(&runs, |metrics| metrics.member_out_of_view_fraction))
+        formatted(mean(&runs, |metrics| metrics["standoff_error_m_settled"])),
+        formatted(mean(&runs, |metrics| metrics["standoff_error_own_estimate_m_settled"])),
+        formatted(mean(&runs, |metrics| metrics["phase_error_deg"])),
+        formatted(mean(&runs, |metrics| metrics["member_out_of_view_fraction"]))
     ))
 }
 

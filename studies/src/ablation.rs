@@ -169,9 +169,9 @@ fn goals(plan: &Plan, best: &[Metrics], paper: &[Metrics]) -> Result<Table, Fail
     let views = select(&["member_longest_out_of_view_s", "infeasible_fraction"])?;
     let unseen = more.fly(&ScenarioVariant::of(IMPROVED, &[]), views)?;
     // Runs with a group that no feasible orbit covers are excluded, because members may then be lost.
-    let feasible: Vec<&Metrics> = unseen.iter().filter(|run| run.infeasible_fraction == Some(0.0)).collect();
+    let feasible: Vec<&Metrics> = unseen.iter().filter(|run| run["infeasible_fraction"] == Some(0.0)).collect();
     let longest_s =
-        feasible.iter().map(|run| run.member_longest_out_of_view_s.unwrap_or(f64::INFINITY)).fold(0.0, f64::max);
+        feasible.iter().map(|run| run["member_longest_out_of_view_s"].unwrap_or(f64::INFINITY)).fold(0.0, f64::max);
     let what =
         format!("longest time out of view, in {} of {} runs (always feasible) (s)", feasible.len(), unseen.len());
     row(&what, 0.0, 0.0, Estimate::exact(longest_s));

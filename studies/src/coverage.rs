@@ -182,7 +182,7 @@ mod tests {
         let traffic = plan.observe(&town, cars).map_err(|_| ()).unwrap();
         assert!(traffic[0].0 == 9 && traffic[1].0 == 9 && traffic[0].1 != traffic[1].1, "{traffic:?}");
         let runs = plan.fly(&town, select(&["custody_fraction"]).map_err(|_| ()).unwrap()).map_err(|_| ()).unwrap();
-        let share = runs[0].custody_fraction.unwrap();
+        let share = runs[0]["custody_fraction"].unwrap();
         assert!(0.0 < share && share < 1.0, "{share}");
         let [half, half_best, all, all_best] = discs(&plan, &town).map_err(|_| ()).unwrap();
         assert!(half.value <= half_best.value && all.value <= all_best.value && half.value < all_best.value);

@@ -179,7 +179,7 @@ pub(crate) fn file_name(file: &Path) -> String {
 
 /// Returns the values of a metric in the runs that have it.
 pub(crate) fn measured(runs: &[Metrics], metric: &str) -> Vec<f64> {
-    runs.iter().filter_map(|run| run.value(metric)).collect()
+    runs.iter().filter_map(|run| run[metric]).collect()
 }
 
 /// Returns the time of a frame, s.

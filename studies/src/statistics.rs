@@ -30,12 +30,12 @@ impl Estimate {
 
     /// Computes the mean of a metric over the runs that have it.
     pub(crate) fn of(runs: &[Metrics], metric: &str) -> Self {
-        Self::mean(&runs.iter().filter_map(|run| run.value(metric)).collect::<Vec<_>>())
+        Self::mean(&runs.iter().filter_map(|run| run[metric]).collect::<Vec<_>>())
     }
 
     /// Computes the mean difference of a metric, paired by seed.
     pub(crate) fn difference(from: &[Metrics], to: &[Metrics], metric: &str) -> Self {
-        let pairs = from.iter().zip(to).filter_map(|(from, to)| Some(to.value(metric)? - from.value(metric)?));
+        let pairs = from.iter().zip(to).filter_map(|(from, to)| Some(to[metric]? - from[metric]?));
         Self::mean(&pairs.collect::<Vec<_>>())
     }
 
@@ -71,7 +71,7 @@ impl Estimate {
 
     /// Computes the root of the ratio of two metrics, pooled over all runs; NaN if undefined.
     pub(crate) fn pooled(runs: &[Metrics], numerator: &str, denominator: &str) -> Self {
-        let column = |metric: &str| runs.iter().map(|run| run.value(metric)).collect::<Vec<_>>();
+        let column = |metric: &str| runs.iter().map(|run| run[metric]).collect::<Vec<_>>();
         let pooled = pooled_root_ratio(&column(numerator), &column(denominator));
         let value = pooled.map_or(f64::NAN, |pooled| pooled.mean);
         let [low, high] = pooled.and_then(|pooled| pooled.ci95).unwrap_or([f64::NAN; 2]);

@@ -117,7 +117,7 @@ pub fn lines(metrics: &SelectedMetrics, settings: &Settings) -> Vec<Line> {
     // If all groups have one UAV, or all have more, these two add nothing to `position_error_m`.
     let by_uav_count = ["position_error_single_uav_m", "position_error_multi_uav_m"];
     let is_mixed = by_uav_count.iter().all(|name| metrics.get(name).flatten().is_some());
-    let is_set = [MetricSelection::standard(), MetricSelection::ALL].contains(&metrics.choice);
+    let is_set = [MetricSelection::standard(), MetricSelection::all()].contains(&metrics.choice);
     let is_hidden = |name: &&str| {
         (is_set && HIDDEN.contains(name))
             || (*name == "anees" && is_split)
@@ -132,7 +132,7 @@ pub fn lines(metrics: &SelectedMetrics, settings: &Settings) -> Vec<Line> {
         let target = targets_and_limits::target(info.name, settings);
         (!is_off).then_some(Line { metric: info.name, label: info.label, value, unit, target })
     };
-    Metrics::ABOUT.iter().filter(|info| !is_hidden(&info.name)).filter_map(line).collect()
+    MetricInfo::all().iter().filter(|info| !is_hidden(&info.name)).filter_map(line).collect()
 }
 
 /// True for metrics of collision avoidance if the scenario does not use it and no violation occurred.
@@ -203,7 +203,7 @@ impl Outcome {
             let mut row = format!("  {label:47} {:>9}", number(*value, info.is_count));
             if let Some(paper) = paper_comparison {
                 let (_, factor) = MetricInfo::unit(line.metric);
-                row += &format!("{:>14}", number(paper.value(line.metric).map(|value| factor * value), info.is_count));
+                row += &format!("{:>14}", number(paper[line.metric].map(|value| factor * value), info.is_count));
             }
             row += &format!(" {unit:6} {target}");
             text += row.trim_end();

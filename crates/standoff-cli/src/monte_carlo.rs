@@ -8,7 +8,7 @@ use clap::Parser;
 use indicatif::ProgressBar;
 use standoff_app::{Failure, REPORT, batch_page, maybe, name_width, number, of_batch, warn};
 use standoff_io::display_text::{self, count};
-use standoff_score::Metrics;
+use standoff_score::{MetricInfo, MetricSet};
 use standoff_sim::monte_carlo::{Batch, MonteCarloError, Progress, Results, Shard, Summary, fly_into};
 use standoff_sim::scenario::ScenarioTemplate;
 
@@ -206,7 +206,8 @@ fn table(summary: &Summary, results: &Results) -> String {
         "metric", "n", "mean", "95 % interval", "sd", "5 %", "median", "95 %", "max"
     );
     // If all UAVs share one team state, the agreement metrics have no values.
-    let shown = metrics.iter().filter(|(name, s)| s.n > 0 || !Metrics::AGREEMENT.contains(&name.as_str()));
+    let compares_agents = |name: &str| MetricInfo::of(name).is_some_and(|info| info.set == MetricSet::Agents);
+    let shown = metrics.iter().filter(|(name, s)| s.n > 0 || !compares_agents(name));
     for (name, s) in shown {
         let interval = s.ci95.map_or_else(|| "-".to_owned(), |[lo, hi]| format!("{} to {}", number(lo), number(hi)));
         text += &format!("{name:width$} {:>6} {:>9}  {interval:^21}", s.n, maybe(s.mean));

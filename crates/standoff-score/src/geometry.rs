@@ -428,8 +428,8 @@ mod tests {
             }
         }
         let metrics = score(&config_of(&scenario.settings), &frames);
-        assert_eq!(metrics.off_boresight_max_deg, Some(widest_deg));
-        assert_eq!(metrics.standoff_error_own_estimate_m, Some(tracking_m / n));
+        assert_eq!(metrics["off_boresight_max_deg"], Some(widest_deg));
+        assert_eq!(metrics["standoff_error_own_estimate_m"], Some(tracking_m / n));
     }
 
     #[test]

@@ -31,6 +31,11 @@ pub(crate) fn weighted(values: impl Iterator<Item = (f64, u64)>) -> Option<f64> 
     Some(first + off / times as f64)
 }
 
+/// Returns a count per minute of these time steps; `None` without a time step.
+pub(crate) fn per_min(count: u64, time_steps: u64, period_s: f64) -> Option<f64> {
+    (time_steps > 0).then(|| count as f64 / (time_steps as f64 * period_s / 60.0))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,24 +1,21 @@
 //! Averages the metrics of tracks and groups over the agents if each agent has its own team state.
 
-use standoff_record::{Frame, TrackRow, TruthRow};
 use std::collections::BTreeMap;
 
-use crate::matching::key;
+use standoff_record::Frame;
+
+use crate::config::ScoreConfig;
+use crate::families::association;
 use crate::mean::Mean;
-use crate::metrics::Metrics;
+use crate::metrics::{MetricSelection, Metrics};
+use crate::team_scorer::TeamScorer;
 
-/// Scorer of one team state, frame by frame.
-pub(crate) trait Scores {
-    /// Adds the next frame.
-    fn frame(&mut self, frame: &Frame);
-    /// Returns the scores so far.
-    fn metrics(&self) -> Metrics;
-}
-
-/// Scores of several agents, one scorer `S` each. Empty if one agent acts for the whole team.
-#[derive(Debug, Clone)]
-pub(crate) struct PerAgentScores<S> {
-    running: BTreeMap<u32, RunningPeriod<S>>,
+/// Scores of several agents, one scorer each. Empty if one agent acts for the whole team.
+#[derive(Debug)]
+pub(crate) struct PerAgentScores {
+    /// Selected metrics that are computed for each agent separately.
+    choice: MetricSelection,
+    running: BTreeMap<u32, RunningPeriod>,
     /// Scores of ended running periods, and the number of time steps of each.
     over: Vec<(Metrics, u64)>,
     steps: u64,
@@ -29,17 +26,19 @@ pub(crate) struct PerAgentScores<S> {
 }
 
 /// Uninterrupted running period of an agent. A restart begins a new one.
-#[derive(Debug, Clone)]
-struct RunningPeriod<S> {
-    scorer: S,
+#[derive(Debug)]
+struct RunningPeriod {
+    scorer: TeamScorer,
     steps: u64,
     /// Last time step, counted from 1.
     last: u64,
 }
 
-impl<S> Default for PerAgentScores<S> {
-    fn default() -> Self {
+impl PerAgentScores {
+    /// Makes scores without data of those of the selected metrics that each agent has.
+    pub(crate) fn new(choice: MetricSelection) -> Self {
         Self {
+            choice: choice.of_team_states(),
             running: BTreeMap::new(),
             over: Vec::new(),
             steps: 0,
@@ -47,16 +46,18 @@ impl<S> Default for PerAgentScores<S> {
             frame: Frame::default(),
         }
     }
-}
 
-impl<S: Scores> PerAgentScores<S> {
-    /// Adds the next frame; `scorer` makes a scorer without data.
-    pub(crate) fn frame(&mut self, frame: &Frame, scorer: impl Fn() -> S) {
+    /// Adds the next frame.
+    pub(crate) fn frame(&mut self, config: &ScoreConfig, frame: &Frame) {
+        if self.choice.is_empty() {
+            return;
+        }
         self.steps += 1;
         if frame.agents.all.is_empty() && !self.running.is_empty() {
             self.missed_by_all.add(frame.truth.len() as f64);
         }
         for row in &frame.agents.all {
+            let scorer = || TeamScorer::new(config.clone(), self.choice);
             let new = || RunningPeriod { scorer: scorer(), steps: 0, last: self.steps };
             let period = self.running.entry(row.agent).or_insert_with(new);
             if period.last + 1 < self.steps {
@@ -71,50 +72,16 @@ impl<S: Scores> PerAgentScores<S> {
 
     /// Replaces the metrics of a shared team state by the means over all agents, weighted by their running time. While no
     /// agent runs, all of them miss all targets.
-    pub(crate) fn average(&self, metrics: Metrics, gospa_cutoff_m: f64) -> Metrics {
+    pub(crate) fn average(&self, metrics: Metrics, config: &ScoreConfig) -> Metrics {
         let running = self.running.values().map(|period| (period.scorer.metrics(), period.steps));
-        let missed = self.missed_by_all.value().unwrap_or_default();
-        let none = Metrics {
-            gospa_m: Some(gospa_cutoff_m * (0.5 * missed).sqrt()),
-            gospa_localisation_m: Some(0.0),
-            gospa_missed: Some(missed),
-            gospa_false: Some(0.0),
-            ..Metrics::default()
-        };
-        let without = (none, self.missed_by_all.n * self.running.len() as u64);
-        let mut all: Vec<(Metrics, u64)> = self.over.iter().copied().chain(running).collect();
+        let mut all: Vec<(Metrics, u64)> = self.over.iter().cloned().chain(running).collect();
         if all.is_empty() {
             return metrics;
         }
-        all.push(without);
+        let missed = self.missed_by_all.value().unwrap_or_default();
+        let without = Metrics::of(association::without_tracks(missed, config.gospa_cutoff_m));
+        all.push((without, self.missed_by_all.n * self.running.len() as u64));
         metrics.averaged(&all)
-    }
-}
-
-/// Targets in groups. If each agent has its own team state, a target can be in a group for some agents only.
-#[derive(Debug)]
-pub(crate) struct Grouped {
-    /// Number of running agents, and of those that have each target in a group. 0 if one agent acts for the whole team,
-    /// or if none is running.
-    agents: usize,
-    counts: BTreeMap<u32, usize>,
-}
-
-impl Grouped {
-    pub(crate) fn of(frame: &Frame) -> Self {
-        let mut counts = BTreeMap::new();
-        for of in frame.agents.tracks.iter().filter(|of| of.row.group.is_some()) {
-            *counts.entry(key(&of.row)).or_default() += 1;
-        }
-        Self { agents: frame.agents.all.len(), counts }
-    }
-
-    /// Fraction of the running agents that have a target in a group. `track` is its track in the shared team state.
-    pub(crate) fn fraction(&self, target: &TruthRow, track: Option<&TrackRow>) -> f64 {
-        if self.agents == 0 {
-            return f64::from(track.is_some_and(|track| track.group.is_some()));
-        }
-        self.counts.get(&target.target).map_or(0.0, |count| *count as f64 / self.agents as f64)
     }
 }
 
@@ -171,13 +138,13 @@ mod tests {
     fn agents_are_weighted_by_their_running_time() {
         let both = [(0, true, 3.0, 0), (1, true, 13.0, 0)];
         let metrics = scored((0..4).map(|step| frame(step, if step == 2 { &both } else { &both[..1] })));
-        assert_eq!(metrics.position_error_m, Some(5.0));
-        assert_eq!(metrics.ungrouped_fraction, Some(0.0));
-        assert_eq!(metrics.handoffs, Some(0));
+        assert_eq!(metrics["position_error_m"], Some(5.0));
+        assert_eq!(metrics["ungrouped_fraction"], Some(0.0));
+        assert_eq!(metrics["handoffs"], Some(0.0));
         // Without agents there are no tracks and groups.
         let without = scored((0..4).map(|step| frame(step, &[])));
-        assert_eq!((without.position_error_m, without.ungrouped_fraction), (None, Some(1.0)));
-        assert_eq!(metrics.in_view_fraction, without.in_view_fraction);
+        assert_eq!((without["position_error_m"], without["ungrouped_fraction"]), (None, Some(1.0)));
+        assert_eq!(metrics["in_view_fraction"], without["in_view_fraction"]);
     }
 
     /// After a restart, the first time step of an agent counts as the time step of the cue; the gap is not scored.
@@ -188,14 +155,14 @@ mod tests {
             _ => frame(step, &[(1, step < 2, 0.0, 1)]),
         };
         // In custody at one of the four time steps after the first.
-        assert_eq!(scored((0..5).map(at)).custody_fraction, Some(0.25));
+        assert_eq!(scored((0..5).map(at))["custody_fraction"], Some(0.25));
         // Out of view before and after the gap: two times, not one long time.
         let unseen = |step| {
             let mut frame = frame(step, if step == 2 { &[] } else { &[(1, true, 0.0, 1)] });
             frame.uavs.iter_mut().filter(|_| step > 0).for_each(|uav| uav.boresight_rad = None);
             frame
         };
-        assert_eq!(scored((0..5).map(unseen)).member_longest_out_of_view_s, Some(0.5));
+        assert_eq!(scored((0..5).map(unseen))["member_longest_out_of_view_s"], Some(0.5));
     }
 
     /// Whichever of two agents run at each of three time steps: custody is never above the time in view, and without a
@@ -216,8 +183,12 @@ mod tests {
             // In view at the last of the two time steps that count, and then in a group of the first agent only.
             let [first, second] = [2, 5].map(|bit| f64::from(running >> bit & 1));
             let custody = if first > 0.0 { 0.5 / (first + second) } else { 0.0 };
-            assert_eq!((metrics.in_view_fraction, metrics.custody_fraction), (Some(0.5), Some(custody)), "{running:b}");
-            assert_eq!(metrics.ungrouped_fraction == Some(1.0), running & 0b01_1111 == 0, "{running:b}");
+            assert_eq!(
+                (metrics["in_view_fraction"], metrics["custody_fraction"]),
+                (Some(0.5), Some(custody)),
+                "{running:b}"
+            );
+            assert_eq!(metrics["ungrouped_fraction"] == Some(1.0), running & 0b01_1111 == 0, "{running:b}");
         }
     }
 
@@ -226,7 +197,7 @@ mod tests {
     #[test]
     fn assignments_are_those_that_each_agent_believes() {
         let both = [(0, true, 0.0, 1), (1, true, 0.0, 0)];
-        assert_eq!(scored([frame(0, &both)]).standoff_error_own_estimate_m, Some(300.0));
-        assert_eq!(scored([frame(0, &both[..1])]).standoff_error_own_estimate_m, None);
+        assert_eq!(scored([frame(0, &both)])["standoff_error_own_estimate_m"], Some(300.0));
+        assert_eq!(scored([frame(0, &both[..1])])["standoff_error_own_estimate_m"], None);
     }
 }

@@ -4,21 +4,16 @@
 //! end. The time step of the cue does not count, because no sensor can have been pointed at the target yet. All later
 //! ones count, whatever fails.
 
-use std::collections::BTreeSet;
-
 use serde::Serialize;
-use standoff_record::Frame;
 
 use crate::by_id::ById;
 use crate::config::ScoreConfig;
-use crate::geometry::Coverage;
-use crate::matching::Matching;
 use crate::mean::Mean;
-use crate::per_agent::Grouped;
+use crate::step::Step;
 
 /// All targets that have existed, by id.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Tallies {
+pub(crate) struct PerTarget {
     of: ById<Tally>,
     /// Frames since the first target was cued.
     frames: u64,
@@ -26,7 +21,7 @@ pub(crate) struct Tallies {
 
 /// Counters of one target.
 #[derive(Debug, Clone, Copy, Default)]
-struct Tally {
+pub(crate) struct Tally {
     /// Last time step at which the target existed.
     until_us: i64,
     /// Time steps at which the target existed, without that of its cue.
@@ -37,18 +32,18 @@ struct Tally {
     in_view: u64,
     /// Consecutive time steps out of view. Time steps at which the target does not exist are skipped.
     gap: u64,
-    longest_gap: u64,
+    pub(crate) longest_gap: u64,
     /// Time steps as a member of a group, and those of them out of view.
     member: u64,
     out_of_view: u64,
     /// Consecutive time steps out of view as a member: their number, and the last frame of them.
     streak: u64,
     streak_until: u64,
-    longest_streak: u64,
+    pub(crate) longest_streak: u64,
     custody: CustodyState,
     /// Number of losses, and number and total duration (in time steps) of those that ended with a reacquisition.
     losses: u64,
-    found: Mean,
+    pub(crate) found: Mean,
     /// Estimation errors while the target was a member.
     position_m: Mean,
     nees: Mean,
@@ -64,21 +59,6 @@ enum CustodyState {
     InCustody,
     /// Number of time steps since the target was in no group and not in view, without custody since.
     Lost(u64),
-}
-
-/// Sums over all targets.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Sums {
-    pub(crate) in_custody: Mean,
-    pub(crate) in_view: Mean,
-    pub(crate) out_of_view: Mean,
-    /// Consecutive time steps.
-    pub(crate) longest_gap: u64,
-    pub(crate) longest_streak: u64,
-    /// Fraction of losses that ended with a reacquisition.
-    pub(crate) reacquired: Mean,
-    /// Time steps from a loss to the reacquisition.
-    pub(crate) reacquisition: Mean,
 }
 
 /// Scores of one target, defined like the metrics of the same names.
@@ -103,18 +83,13 @@ pub struct TargetScore {
     pub anees: Option<f64>,
 }
 
-impl Tallies {
-    /// Adds the next frame.
-    pub(crate) fn frame(
-        &mut self,
-        config: &ScoreConfig,
-        frame: &Frame,
-        matching: &Matching<'_>,
-        (grouped, coverage): (&Grouped, &Coverage),
-    ) {
+impl PerTarget {
+    /// Adds the next time step.
+    pub(crate) fn add(&mut self, step: &Step<'_>) {
+        let Step { config, coverage, .. } = step;
         let is_first_cue = self.of.is_empty();
         self.frames += u64::from(!is_first_cue);
-        for (truth, track) in matching.targets() {
+        for (truth, track) in step.matching.targets() {
             let is_seen = coverage.is_in_view(config.in_view(), truth);
             let is_member = track.is_some_and(|track| track.group.is_some());
             let mut is_cue = false;
@@ -122,9 +97,9 @@ impl Tallies {
                 is_cue = true;
                 Tally::default()
             });
-            tally.until_us = frame.time_us;
+            tally.until_us = step.frame.time_us;
             if !is_cue {
-                tally.coverage(is_seen, is_member, grouped.fraction(truth, track));
+                tally.coverage(is_seen, is_member, step.grouped.fraction(truth, track));
             }
             // A target that is in a group when it is cued is that group's responsibility immediately.
             if is_member && !is_first_cue {
@@ -133,53 +108,50 @@ impl Tallies {
         }
     }
 
-    /// Adds the estimation error of a group member at the time step of the last frame.
-    pub(crate) fn estimate(&mut self, target: u32, position_error_m: f64, nees: Option<f64>) {
-        if let Some(tally) = self.of.get_mut(target) {
-            tally.position_m.add(position_error_m);
-            nees.into_iter().for_each(|nees| tally.nees.add(nees));
+    /// Adds the estimation errors of the group members at the same time step.
+    pub(crate) fn add_errors(&mut self, step: &Step<'_>) {
+        for (index, pair) in step.matching.pairs().iter().enumerate().filter(|(_, pair)| pair.track.group.is_some()) {
+            if let Some(tally) = self.of.get_mut(pair.target.target) {
+                tally.position_m.add(pair.position_error_m());
+                step.nees.get(index).copied().flatten().into_iter().for_each(|nees| tally.nees.add(nees));
+            }
         }
     }
 
-    pub(crate) fn sums(&self) -> Sums {
-        let mut sums = Sums::default();
-        for tally in self.of.values() {
-            let share = |part: u64, n: u64| Mean { sum: part as f64, n };
-            sums.in_custody = sums.in_custody.and(Mean { sum: tally.in_custody, n: tally.steps });
-            sums.in_view = sums.in_view.and(share(tally.in_view, tally.steps));
-            sums.out_of_view = sums.out_of_view.and(share(tally.out_of_view, tally.member));
-            sums.reacquired = sums.reacquired.and(share(tally.found.n, tally.losses));
-            sums.reacquisition = sums.reacquisition.and(tally.found);
-            sums.longest_gap = sums.longest_gap.max(tally.longest_gap);
-            sums.longest_streak = sums.longest_streak.max(tally.longest_streak);
-        }
-        sums
+    /// Returns the sum over all targets.
+    pub(crate) fn total(&self, part: impl Fn(&Tally) -> Mean) -> Mean {
+        self.of.values().map(part).fold(Mean::default(), Mean::and)
     }
 
-    /// Returns `anees` of the targets that never manoeuvre and of those that do, if there are any of the latter.
-    pub(crate) fn consistency(&self, manoeuvring: &BTreeSet<u32>) -> [Option<f64>; 2] {
-        let mut means = [Mean::default(); 2];
-        for (target, tally) in self.of.iter() {
-            let mean = &mut means[usize::from(manoeuvring.contains(&target))];
-            *mean = mean.and(tally.nees);
-        }
-        if manoeuvring.is_empty() { [None; 2] } else { means.map(|mean| mean.value()) }
+    /// Returns the maximum over all targets.
+    pub(crate) fn longest(&self, time_steps: impl Fn(&Tally) -> u64) -> u64 {
+        self.of.values().map(time_steps).max().unwrap_or(0)
     }
 
+    /// Returns the mean normalised estimation error squared of the targets that manoeuvre, or of those that never do.
+    /// `None` if no target manoeuvres.
+    pub(crate) fn anees(&self, config: &ScoreConfig, manoeuvres: bool) -> Option<f64> {
+        if config.manoeuvring.is_empty() {
+            return None;
+        }
+        let of_kind = self.of.iter().filter(|(target, _)| config.manoeuvring.contains(target) == manoeuvres);
+        of_kind.map(|(_, tally)| tally.nees).fold(Mean::default(), Mean::and).value()
+    }
+
+    /// Mean number of existing targets per time step after the first cue; `None` without a cue.
     pub(crate) fn targets_mean(&self) -> Option<f64> {
         let steps: u64 = self.of.values().map(|tally| tally.steps).sum();
         (self.frames > 0).then(|| steps as f64 / self.frames as f64)
     }
 
     pub(crate) fn scores(&self, config: &ScoreConfig) -> impl Iterator<Item = TargetScore> {
-        let share = |part: u64, of: u64| (of > 0).then(|| part as f64 / of as f64);
         let of_members = config.reported.tracks && config.reported.groups;
         self.of.iter().map(move |(target, tally)| TargetScore {
             target,
             until_s: tally.until_us as f64 / 1e6,
             manoeuvres: config.manoeuvring.contains(&target),
-            custody_fraction: Mean { sum: tally.in_custody, n: tally.steps }.value().filter(|_| of_members),
-            in_view_fraction: share(tally.in_view, tally.steps),
+            custody_fraction: tally.in_custody().value().filter(|_| of_members),
+            in_view_fraction: tally.in_view().value(),
             longest_out_of_view_s: (tally.steps > 0).then_some(tally.longest_gap as f64 * config.period_s),
             position_error_m: tally.position_m.value().filter(|_| of_members),
             anees: tally.nees.value().filter(|_| of_members),
@@ -188,6 +160,26 @@ impl Tallies {
 }
 
 impl Tally {
+    /// Time steps in custody, of those at which the target existed.
+    pub(crate) fn in_custody(&self) -> Mean {
+        Mean { sum: self.in_custody, n: self.steps }
+    }
+
+    /// Time steps in view, of those at which the target existed.
+    pub(crate) fn in_view(&self) -> Mean {
+        Mean { sum: self.in_view as f64, n: self.steps }
+    }
+
+    /// Time steps out of view, of those as a member of a group.
+    pub(crate) fn member_out_of_view(&self) -> Mean {
+        Mean { sum: self.out_of_view as f64, n: self.member }
+    }
+
+    /// Reacquisitions, of the losses.
+    pub(crate) fn reacquired(&self) -> Mean {
+        Mean { sum: self.found.n as f64, n: self.losses }
+    }
+
     fn coverage(&mut self, is_seen: bool, is_member: bool, grouped: f64) {
         self.steps += 1;
         self.in_view += u64::from(is_seen);
@@ -233,6 +225,8 @@ mod tests {
     use super::*;
     use crate::common::score_config;
     use crate::row_fixtures::{track_row, truth_row, uav_row};
+    use crate::step::{Inputs, Steps};
+    use standoff_record::Frame;
 
     /// State of a target at a time step.
     #[derive(Clone, Copy)]
@@ -251,15 +245,15 @@ mod tests {
     const LOST: At = There(false, false);
 
     /// The UAV looks east, so targets to the west are out of view.
-    fn sums(courses: &[&[At]]) -> Sums {
-        let [sums, of_each_sensor] = [false, true].map(|is_of_each_sensor| sums_by(courses, is_of_each_sensor));
-        assert_eq!(format!("{sums:?}"), format!("{of_each_sensor:?}"));
-        sums
+    fn scored(courses: &[&[At]]) -> PerTarget {
+        let [plain, covered] = [false, true].map(|covered| scored_by(courses, covered));
+        assert_eq!(format!("{plain:?}"), format!("{covered:?}"));
+        plain
     }
 
-    fn sums_by(courses: &[&[At]], is_of_each_sensor: bool) -> Sums {
-        let config = score_config();
-        let mut tallies = Tallies::default();
+    fn scored_by(courses: &[&[At]], covered: bool) -> PerTarget {
+        let mut targets = PerTarget::default();
+        let mut steps = Steps::new(&score_config(), Inputs { targets: true, covered, ..Inputs::default() });
         for step in 0..courses[0].len() {
             let mut frame = Frame { uavs: vec![uav_row(0)], ..Frame::default() };
             for (target, course) in (0..).zip(courses) {
@@ -273,16 +267,14 @@ mod tests {
                     Gone => {}
                 }
             }
-            let mut coverage = Coverage::new(is_of_each_sensor);
-            coverage.fill(&frame, &config.sensor);
-            tallies.frame(&config, &frame, &Matching::of(&frame), (&Grouped::of(&frame), &coverage));
+            steps.next(&score_config(), &frame, |step| targets.add(step));
         }
-        tallies.sums()
+        targets
     }
 
     fn found(courses: &[&[At]]) -> (Option<f64>, Option<f64>) {
-        let sums = sums(courses);
-        (sums.reacquired.value(), sums.reacquisition.value())
+        let targets = scored(courses);
+        (targets.total(Tally::reacquired).value(), targets.total(|tally| tally.found).value())
     }
 
     /// In custody, lost at the fourth time step, reacquired at the seventh, lost again from the ninth to the end; the

@@ -87,7 +87,7 @@ pub(crate) fn compared(name: &str, seed: u64) -> Result<Vec<String>, Box<dyn Err
     let line = |(controller, metrics): (&str, Metrics)| {
         let percent =
             |share: Option<f64>| share.map_or("not reported".to_owned(), |share| format!("{:.0} %", 100.0 * share));
-        let (in_view, in_custody) = (percent(metrics.in_view_fraction), percent(metrics.custody_fraction));
+        let (in_view, in_custody) = (percent(metrics["in_view_fraction"]), percent(metrics["custody_fraction"]));
         format!("{controller}: in some UAV's view {in_view} of the time, in custody {in_custody}")
     };
     Ok([("follower", follow(&scenario)?), ("standoff", ours)].map(line).into())

@@ -195,12 +195,12 @@ fn fly(uavs: u32, area_km2: f64, steps: u32, seed: u64, times: &mut Times) {
         let metrics = scorer.metrics();
         eprintln!(
             "{uavs} UAVs: custody {:?}, in view {:?}, separation {:?} m, violations {:?}, avoiding {:?} s, handoffs {:?}",
-            metrics.custody_fraction,
-            metrics.in_view_fraction,
-            metrics.separation_min_same_altitude_m,
-            metrics.separation_violations,
-            metrics.avoidance_time_s,
-            metrics.handoffs
+            metrics["custody_fraction"],
+            metrics["in_view_fraction"],
+            metrics["separation_min_same_altitude_m"],
+            metrics["separation_violations"],
+            metrics["avoidance_time_s"],
+            metrics["handoffs"]
         );
     }
 }

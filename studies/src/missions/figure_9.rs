@@ -99,7 +99,7 @@ fn events(runs: &[RunObservations]) -> Table {
 }
 
 fn observe(scenario: &Scenario) -> Result<RunObservations, Failure> {
-    let mut scorer = Scorer::new(scenario.settings.score_config(), MetricSelection::ALL);
+    let mut scorer = Scorer::new(scenario.settings.score_config(), MetricSelection::all());
     let [mut handoff_started_s, mut handoff_completed_s, mut removed_s] = [None; 3];
     let mut groups_at_start = None;
     watch(scenario, |frame| {
@@ -120,8 +120,8 @@ fn observe(scenario: &Scenario) -> Result<RunObservations, Failure> {
         handoff_started_s,
         handoff_completed_s,
         removed_s,
-        all_in_view: metrics.member_longest_out_of_view_s == Some(0.0),
-        handoffs: metrics.handoffs.unwrap_or(0) as f64,
-        removals: metrics.removals.unwrap_or(0) as f64,
+        all_in_view: metrics["member_longest_out_of_view_s"] == Some(0.0),
+        handoffs: metrics["handoffs"].unwrap_or(0.0),
+        removals: metrics["removals"].unwrap_or(0.0),
     })
 }

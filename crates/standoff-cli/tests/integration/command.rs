@@ -6,7 +6,7 @@ use std::process::Command;
 
 use crate::common::{names, standoff, text};
 use serde_json::Value;
-use standoff_score::{MetricInfo, Metrics};
+use standoff_score::MetricInfo;
 
 /// Runs the command and checks for exit status 2, one message that contains all of `expected`, and no new files.
 fn check_refused(args: &[&str], expected: &[&str]) {
@@ -135,7 +135,7 @@ fn every_metric_is_defined() {
         .collect();
     let names: Vec<_> = rows.iter().map(|row| row[0].trim_matches('`').to_owned()).collect();
     assert_eq!(printed, names);
-    for (row, info) in rows.iter().zip(Metrics::ABOUT) {
+    for (row, info) in rows.iter().zip(MetricInfo::all()) {
         let (unit, factor) = MetricInfo::unit(info.name);
         let size = format!("{} {unit}", (factor * info.interest * 1e6).round() / 1e6);
         let worse = info.worse.map_or_else(|| "-".to_owned(), |worse| format!("{worse:?}").to_lowercase());

@@ -34,7 +34,7 @@ pub fn config_of(settings: &Settings) -> ScoreConfig {
 
 /// All metrics of these frames.
 pub fn score<'a>(config: &ScoreConfig, frames: impl IntoIterator<Item = &'a Frame>) -> Metrics {
-    let mut scorer = Scorer::new(config.clone(), MetricSelection::ALL);
+    let mut scorer = Scorer::new(config.clone(), MetricSelection::all());
     frames.into_iter().for_each(|frame| scorer.frame(frame));
     scorer.metrics()
 }

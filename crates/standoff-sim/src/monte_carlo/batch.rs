@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use standoff_io::display_text::{path, printable, quoted};
 use standoff_record::{MAX_NAME, MAX_VERSION, check_length};
-use standoff_score::{MetricSelection, Metrics};
+use standoff_score::{MetricInfo, MetricSelection, Metrics};
 
 use super::error::{FORMAT, MonteCarloError};
 use super::shard::Shard;
@@ -51,7 +51,7 @@ pub struct Batch {
     /// Shard that this batch flies, if not all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) shard: Option<Shard>,
-    /// Names of the metrics, in the order of [`Metrics::NAMES`].
+    /// Names of the metrics, in the order of [`MetricInfo::all`].
     pub(super) metrics: Vec<String>,
     /// Checksum of the traffic data.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -166,7 +166,7 @@ impl Batch {
         &self.scenario_toml
     }
 
-    /// Names of the metrics, in the order of [`Metrics::NAMES`].
+    /// Names of the metrics, in the order of [`MetricInfo::all`].
     pub fn metrics(&self) -> impl Iterator<Item = &str> {
         self.metrics.iter().map(String::as_str)
     }
@@ -183,8 +183,8 @@ impl Batch {
 
     /// Selects the values of this batch's metrics.
     pub(super) fn values(&self, metrics: &Metrics) -> Values {
-        let all = Metrics::NAMES.iter().zip(metrics.values());
-        all.filter(|(name, _)| self.metrics.iter().any(|chosen| chosen == *name)).map(|(_, value)| value).collect()
+        let all = MetricInfo::all().iter().zip(metrics.values());
+        all.filter(|(info, _)| self.metrics.iter().any(|chosen| chosen == info.name)).map(|(_, value)| *value).collect()
     }
 
     /// Returns the whole batch that contains this shard.

@@ -24,7 +24,7 @@ pub struct Comparison {
     pub seed: u64,
     /// Number of common seeds.
     pub runs: u64,
-    /// Metrics by name, in the order of [`Metrics::NAMES`].
+    /// Metrics by name, in the order of [`MetricInfo::all`].
     #[serde(serialize_with = "as_object")]
     pub metrics: Vec<(String, Paired)>,
 }
@@ -102,7 +102,7 @@ impl Comparison {
     /// Compares the metrics of A and B, flown with consecutive seeds from `seed` on by any program.
     pub fn of([a, b]: [&str; 2], seed: u64, choice: MetricSelection, flown: &[[Metrics; 2]]) -> Self {
         let metrics = choice.names().map(|name| {
-            let pairs: Vec<_> = flown.iter().map(|[a, b]| (a.value(name), b.value(name))).collect();
+            let pairs: Vec<_> = flown.iter().map(|[a, b]| (a[name], b[name])).collect();
             (name.to_owned(), Paired::of(name, &pairs))
         });
         Self { a: a.to_owned(), b: b.to_owned(), seed, runs: flown.len() as u64, metrics: metrics.collect() }

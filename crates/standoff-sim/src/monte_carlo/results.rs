@@ -44,7 +44,7 @@ pub struct Summary {
     /// Shard of the batch, if it is not the whole.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shard: Option<Shard>,
-    /// Metrics by name, in the order of [`Metrics::NAMES`].
+    /// Metrics by name, in the order of [`standoff_score::MetricInfo::all`].
     #[serde(serialize_with = "as_object")]
     pub metrics: Vec<(String, Statistics)>,
 }

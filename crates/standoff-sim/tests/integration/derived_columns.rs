@@ -48,19 +48,19 @@ fn tables_contain_the_inputs_of_the_metrics() {
     let errors_m = columns(&dir, "uavs", ["standoff_error_m"]).into_iter().map(|[error_m]| error_m);
     let errors_m: Vec<f64> = errors_m.filter(|error_m| !error_m.is_nan()).collect();
     let mean_m = errors_m.iter().map(|error_m| error_m.abs()).sum::<f64>() / errors_m.len() as f64;
-    assert_eq!(Some(mean_m), metrics.standoff_error_m);
+    assert_eq!(Some(mean_m), metrics["standoff_error_m"]);
     assert!(errors_m.iter().any(|error_m| *error_m < 0.0) && errors_m.iter().any(|error_m| *error_m > 0.0));
 
     let tracks = columns(&dir, "tracks", ["group", "position_error_m"]).into_iter();
     let members = tracks.filter(|[group, error_m]| !group.is_nan() && !error_m.is_nan());
     let errors_m: Vec<f64> = members.map(|[_, error_m]| error_m).collect();
-    assert_eq!(Some(errors_m.iter().sum::<f64>() / errors_m.len() as f64), metrics.position_error_m);
+    assert_eq!(Some(errors_m.iter().sum::<f64>() / errors_m.len() as f64), metrics["position_error_m"]);
 
     let views = columns(&dir, "in_view", ["time_us", "uav", "target", "range_m", "off_boresight_rad"]);
     let seen: BTreeSet<(i64, u32)> =
         views.iter().map(|[time_us, _, target, ..]| (*time_us as i64, *target as u32)).collect();
     let steps = (frames.len() - 1) * frames[0].truth.len();
-    assert_eq!(Some(seen.len() as f64 / steps as f64), metrics.in_view_fraction);
+    assert_eq!(Some(seen.len() as f64 / steps as f64), metrics["in_view_fraction"]);
     for [time_us, uav, target, range_m, off_boresight_rad] in &views {
         let frame = frames.iter().find(|frame| frame.time_us == *time_us as i64).unwrap();
         let (uav, truth) = (frame.uavs[*uav as usize], frame.truth[*target as usize]);

@@ -12,7 +12,7 @@ const TOUR: &str = "tour/13-banking-aircraft";
 const PAIR: &str = "improved/table-2-pair";
 
 fn mean(set: &[&str], of: fn(&Metrics) -> Option<f64>) -> f64 {
-    (1..=4).map(|seed| of(&fly(&load(PAIR, set, seed), MetricSelection::ALL).unwrap()).unwrap()).sum::<f64>() / 4.0
+    (1..=4).map(|seed| of(&fly(&load(PAIR, set, seed), MetricSelection::all()).unwrap()).unwrap()).sum::<f64>() / 4.0
 }
 
 fn error_of(text: &str) -> String {
@@ -76,7 +76,7 @@ fn the_settled_orbit_error_is_near_that_of_the_kinematic_model() {
     const SPEED: [&str; 2] = ["uavs.speed_m_s=23", "uavs.speed_change_max_m_s=7"];
     const POWER: [&str; 3] =
         ["uavs.dynamics=bank", "uavs.bank.climb_full_power_m_s=100", "uavs.bank.sink_idle_m_s=100"];
-    let error_m = |set: &[&str]| mean(set, |run| run.standoff_error_own_estimate_m_settled);
+    let error_m = |set: &[&str]| mean(set, |run| run["standoff_error_own_estimate_m_settled"]);
     let kinematic_m = error_m(&SPEED);
     let fast = ["uavs.bank.roll_rate_max_deg_s=720", "uavs.bank.roll_lag_s=0.01"];
     for bank in [&[][..], &["uavs.bank.turn_factor=0.72"], &fast] {

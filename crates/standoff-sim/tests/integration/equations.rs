@@ -16,7 +16,8 @@ fn the_equations_alone_fly_the_mission_of_the_runs() {
     for seed in 0..runs {
         let [position_m, _, standoff_m, phase_rad, _] = equations.fly(seed);
         let metrics = fly(&scenario(seed), MetricSelection::parse("table-2").unwrap()).unwrap();
-        let metrics = [metrics.position_error_m, metrics.standoff_error_own_estimate_m, metrics.phase_error_deg];
+        let metrics =
+            [metrics["position_error_m"], metrics["standoff_error_own_estimate_m"], metrics["phase_error_deg"]];
         let pairs = [[position_m, standoff_m, phase_rad.to_degrees()], metrics.map(Option::unwrap)];
         for (sum, errors) in sums.iter_mut().zip(pairs) {
             sum.iter_mut().zip(errors).for_each(|(sum, error)| *sum += error / runs as f64);

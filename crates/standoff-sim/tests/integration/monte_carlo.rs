@@ -88,14 +88,16 @@ fn check_refused<T>(result: Result<T, MonteCarloError>, expected: &[&str]) {
 #[test]
 fn in_memory_runs_equal_single_runs_on_any_number_of_threads() {
     let template = pair(&[]);
-    let bits = |rows: &[Metrics]| rows.iter().map(|row| row.values().map(|v| v.map(f64::to_bits))).collect::<Vec<_>>();
+    let bits = |rows: &[Metrics]| {
+        rows.iter().map(|row| row.values().iter().map(|v| v.map(f64::to_bits)).collect::<Vec<_>>()).collect::<Vec<_>>()
+    };
     let one_by_one: Vec<_> =
-        (3..16).map(|seed| fly(&template.draw(seed).unwrap(), MetricSelection::ALL).unwrap()).collect();
+        (3..16).map(|seed| fly(&template.draw(seed).unwrap(), MetricSelection::all()).unwrap()).collect();
     for n in [1, 2, 3, 40] {
-        let rows = fly_all(&template, 3..16, MetricSelection::ALL, threads(n)).unwrap();
+        let rows = fly_all(&template, 3..16, MetricSelection::all(), threads(n)).unwrap();
         assert_eq!(bits(&rows), bits(&one_by_one), "{n} threads");
     }
-    assert!(fly_all(&template, 3..3, MetricSelection::ALL, None).unwrap().is_empty());
+    assert!(fly_all(&template, 3..3, MetricSelection::all(), None).unwrap().is_empty());
 }
 
 /// Also checks that the statistics are those of the rows.
@@ -131,8 +133,7 @@ fn batch_bytes_do_not_depend_on_threads_shards_and_stops() {
     let summary = results.summary().unwrap();
     assert_eq!((summary.seed, summary.runs, summary.metrics.len()), (5, 17, 8));
     for (name, statistics) in &summary.metrics {
-        let column = Metrics::NAMES.iter().position(|known| known == name).unwrap();
-        let values: Vec<_> = rows.iter().map(|row| row.values()[column]).collect();
+        let values: Vec<_> = rows.iter().map(|row| row[name]).collect();
         assert_eq!(*statistics, Statistics::of(&values), "{name}");
         assert_eq!(statistics.n, 17);
     }
@@ -497,21 +498,21 @@ fn comparison_uses_the_same_draws() {
     let of = |comparison: &standoff_sim::monte_carlo::Comparison, metric: &str| {
         comparison.metrics.iter().find(|(name, _)| name == metric).unwrap().1
     };
-    let same = compare(&fine, &fine, 1, 10, MetricSelection::ALL, threads(2), &NEVER).unwrap();
+    let same = compare(&fine, &fine, 1, 10, MetricSelection::all(), threads(2), &NEVER).unwrap();
     for (name, paired) in &same.metrics {
         assert!(paired.difference.is_none_or(|difference| difference == 0.0), "{name}");
         assert!(!paired.differs, "{name}");
     }
-    let comparison = compare(&fine, &coarse, 1, 10, MetricSelection::ALL, threads(2), &NEVER).unwrap();
-    assert_eq!(comparison, compare(&fine, &coarse, 1, 10, MetricSelection::ALL, threads(1), &NEVER).unwrap());
+    let comparison = compare(&fine, &coarse, 1, 10, MetricSelection::all(), threads(2), &NEVER).unwrap();
+    assert_eq!(comparison, compare(&fine, &coarse, 1, 10, MetricSelection::all(), threads(1), &NEVER).unwrap());
     let position = of(&comparison, "position_error_m");
     assert_eq!((position.n, position.differs, position.better), (10, true, Some(Better::A)));
     assert_eq!(position.b_smaller, Some(0.0));
     let a = Statistics::of(
-        &fly_all(&fine, 1..11, MetricSelection::ALL, None)
+        &fly_all(&fine, 1..11, MetricSelection::all(), None)
             .unwrap()
             .iter()
-            .map(|row| row.position_error_m)
+            .map(|row| row["position_error_m"])
             .collect::<Vec<_>>(),
     );
     assert_eq!(position.mean_a, a.mean);
@@ -527,10 +528,10 @@ fn comparison_uses_the_same_draws() {
     assert_eq!((of_folders.seed, of_folders.runs), (5, 4));
     let names: Vec<_> = of_folders.metrics.iter().map(|(name, _)| name.as_str()).collect();
     assert_eq!(names, ["position_error_m", "anees"]);
-    let flown = compare(&fine, &coarse, 5, 4, MetricSelection::ALL, None, &NEVER).unwrap();
+    let flown = compare(&fine, &coarse, 5, 4, MetricSelection::all(), None, &NEVER).unwrap();
     assert_eq!(of(&of_folders, "position_error_m"), of(&flown, "position_error_m"));
     let far = Batch::new(&fine, 100, 2, None, choice()).unwrap();
     fly_whole(&at("far"), &fine, &far, 1);
     check_refused(compare_results(&at("a"), &at("far"), &NEVER), &["no seed or no metric in common"]);
-    check_refused(compare(&fine, &fine, 1, 0, MetricSelection::ALL, None, &NEVER), &["number of runs is 0"]);
+    check_refused(compare(&fine, &fine, 1, 0, MetricSelection::all(), None, &NEVER), &["number of runs is 0"]);
 }

@@ -67,16 +67,16 @@ fn measurements_are_from_the_true_pose_and_bearings_relative_to_the_assumed_head
 fn stat_known_pose_errors_leave_the_filter_consistent() {
     let mean = |set: &[&str], of: fn(&Metrics) -> Option<f64>| {
         let set = [&["filter.near_range_m=0"], set].concat();
-        let of_run = |seed| of(&fly(&load(FIGURE_9, &set, seed), MetricSelection::ALL).unwrap()).unwrap();
+        let of_run = |seed| of(&fly(&load(FIGURE_9, &set, seed), MetricSelection::all()).unwrap()).unwrap();
         (1..=20).map(of_run).sum::<f64>() / 20.0
     };
-    let exact = mean(&[], |run| run.anees);
+    let exact = mean(&[], |run| run["anees"]);
     for (error, ignored) in [(ERRORS[0], "filter.own_position_sd_m=0"), (ERRORS[1], "filter.own_heading_sd_deg=0")] {
-        let known = mean(&[error], |run| run.anees);
-        let overconfident = mean(&[error, ignored], |run| run.anees);
+        let known = mean(&[error], |run| run["anees"]);
+        let overconfident = mean(&[error, ignored], |run| run["anees"]);
         assert!((known / exact - 1.0).abs() < 0.15, "{error}: {known}, {exact} without errors");
         assert!(overconfident > 1.3 * exact, "{error}: {overconfident}");
-        let position = |set: &[&str]| mean(set, |run| run.position_error_m);
+        let position = |set: &[&str]| mean(set, |run| run["position_error_m"]);
         assert!(position(&[error]) < position(&[error, ignored]), "{error}");
     }
 }

@@ -367,7 +367,7 @@ fn fly(text: &str, seed: u64) -> Result<usize, String> {
         Ok(mission) => mission,
         Err(errors) => return refused(errors.iter().map(ToString::to_string).collect()),
     };
-    let mut scorer = Scorer::new(scenario.settings.score_config(), MetricSelection::ALL);
+    let mut scorer = Scorer::new(scenario.settings.score_config(), MetricSelection::all());
     let mut frames = 0;
     while let Some(frame) = mission.frame() {
         if let Some(what) = wrong(&scenario, frame) {
@@ -379,8 +379,8 @@ fn fly(text: &str, seed: u64) -> Result<usize, String> {
     let metrics = scorer.metrics();
     let is_square = |value: Option<f64>| value.is_none_or(|value| value >= 0.0);
     let are_sound = metrics.values().iter().flatten().all(|value| value.is_finite())
-        && is_square(metrics.nis)
-        && is_square(metrics.anees);
+        && is_square(metrics["nis"])
+        && is_square(metrics["anees"]);
     if are_sound { Ok(frames) } else { Err(format!("{metrics:?}")) }
 }
 

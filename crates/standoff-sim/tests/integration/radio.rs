@@ -14,7 +14,7 @@ use standoff::{
     Report, Scan, TargetLabel, Time, UavId, UavState, Velocity,
 };
 use standoff_record::{Frame, Record};
-use standoff_score::{MetricSelection, Metrics, Scorer};
+use standoff_score::{MetricSelection, Scorer};
 use standoff_sim::controller::{Controller, ReportedState, ReportedTables, team_controller};
 use standoff_sim::radio::SentCounts;
 use standoff_sim::run::Mission;
@@ -789,10 +789,9 @@ fn record_of_several_agents_gives_the_scores_of_the_flight() {
     let mut read = Scorer::new(settings.score_config(), choice);
     record.frames().unwrap().for_each(|frame| read.frame(&frame.unwrap()));
     assert_eq!(flown.metrics(), read.metrics());
-    let Metrics { assignment_disagreement_fraction, reconvergence_time_s, sent_bytes_per_s, .. } = read.metrics();
-    assert!(
-        assignment_disagreement_fraction > Some(0.0) && reconvergence_time_s.is_some() && sent_bytes_per_s > Some(0.0)
-    );
+    let metrics = read.metrics();
+    assert!(metrics["assignment_disagreement_fraction"] > Some(0.0) && metrics["sent_bytes_per_s"] > Some(0.0));
+    assert!(metrics["reconvergence_time_s"].is_some());
     let Comparison { compared, differ, double_counted } = compare_while_flying(&scenario);
     assert!(compared > 0 && (differ, double_counted) == (0, 0), "{compared}, {differ}, {double_counted}");
     // Without faults, and with faults that do not end, there is no end time.

@@ -367,11 +367,11 @@ fn fly(toml: &str, zones: &[Zone], set: &[&str], seed: u64) -> Flown {
     let frames = frames(&scenario);
     let metrics = crate::score_fixtures::score(&scenario.settings.score_config(), &frames);
     Flown {
-        reversals_per_min: metrics.turn_reversals_per_min.unwrap_or_default(),
-        phase_error_deg: metrics.phase_error_deg.unwrap_or_default(),
-        custody: metrics.custody_fraction.unwrap_or_default(),
+        reversals_per_min: metrics["turn_reversals_per_min"].unwrap_or_default(),
+        phase_error_deg: metrics["phase_error_deg"].unwrap_or_default(),
+        custody: metrics["custody_fraction"].unwrap_or_default(),
         is_warned: scenario.warnings.iter().any(|warning| warning.starts_with("UAV ")),
-        out_of_view: metrics.member_out_of_view_fraction.unwrap_or_default(),
+        out_of_view: metrics["member_out_of_view_fraction"].unwrap_or_default(),
         ..measure(&frames, zones)
     }
 }

@@ -14,7 +14,7 @@ const UAVS: [&str; 3] = ["uavs.speed_m_s=23", "uavs.speed_change_max_m_s=7", "or
 const AT_REST: [&str; 2] = ["targets.random.vx_m_s=0", "targets.random.vy_m_s=0"];
 
 fn metrics(set: &[&str], seed: u64) -> Metrics {
-    fly(&load(PAIR, &[&UAVS, set].concat(), seed), MetricSelection::ALL).unwrap()
+    fly(&load(PAIR, &[&UAVS, set].concat(), seed), MetricSelection::all()).unwrap()
 }
 
 fn mean(set: &[&str], of: fn(&Metrics) -> Option<f64>) -> f64 {
@@ -86,7 +86,8 @@ fn the_record_satisfies_the_wind_triangle() {
 #[test]
 fn the_settled_orbit_error_in_wind_is_close_to_that_in_calm_air() {
     for targets in [&AT_REST[..], &[]] {
-        let error_m = |wind: &[&str]| mean(&[targets, wind].concat(), |run| run.standoff_error_own_estimate_m_settled);
+        let error_m =
+            |wind: &[&str]| mean(&[targets, wind].concat(), |run| run["standoff_error_own_estimate_m_settled"]);
         let calm_m = error_m(&[]);
         for wind in ["wind.speed_m_s=5", "wind.speed_m_s=10"] {
             let windy_m = error_m(&[wind, "wind.from_deg=200"]);
@@ -99,7 +100,7 @@ fn the_settled_orbit_error_in_wind_is_close_to_that_in_calm_air() {
 /// In a relative wind of 8 m/s, a pair keeps its phases, and better than if it assumes calm air.
 #[test]
 fn a_pair_keeps_its_phases_in_wind() {
-    let error_deg = |set: &[&str]| mean(&[&AT_REST, set].concat(), |run| run.phase_error_deg);
+    let error_deg = |set: &[&str]| mean(&[&AT_REST, set].concat(), |run| run["phase_error_deg"]);
     let known = error_deg(&["wind.speed_m_s=8"]);
     let ignored = error_deg(&["wind.speed_m_s=8", "wind.belief=given", "wind.believed_speed_m_s=0"]);
     println!("phase error {known:.2} deg, {ignored:.2} deg if calm air is assumed");

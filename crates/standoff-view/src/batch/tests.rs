@@ -44,7 +44,7 @@ fn the_page_contains_every_value_of_every_run_exactly() {
         assert_eq!(batch.variants[variant].values.len(), MetricSelection::standard().names().count());
         for (metric, values) in &batch.variants[variant].values {
             let bits = |value: Option<f64>| value.map(f64::to_bits);
-            let expected: Vec<_> = flown.iter().map(|metrics| bits(metrics.value(metric))).collect();
+            let expected: Vec<_> = flown.iter().map(|metrics| bits(metrics[metric])).collect();
             assert_eq!(values.iter().copied().map(bits).collect::<Vec<_>>(), expected, "{metric}");
         }
     }

@@ -24,48 +24,60 @@ const ROWS: usize = 50_000;
 /// for each time step of the part.
 const MAX_ROWS: usize = 4 * ROWS;
 
-/// Defines derived columns of a table, each with its value: a constant with their names, and a function that makes a
-/// row.
-macro_rules! derived {
-    ($names:ident: $row:ident($($of:ident: $type:ty),*) { $($column:ident: $value:expr,)+ }) => {
-        const $names: [&str; [$(stringify!($column)),+].len()] = [$(stringify!($column)),+];
+// Derived columns of the tables, each with its value in a row.
 
-        fn $row($($of: $type),*) -> [Option<f64>; $names.len()] {
-            [$($value),+]
-        }
-    };
+type OfUav = fn(&UavRow, &FrameScores<'_>) -> Option<f64>;
+type OfGroup = fn(&GroupScores) -> Option<f64>;
+type OfRun = fn(&CustodyCounts) -> Option<f64>;
+type OfTarget = fn(&TargetScores<'_>) -> Option<f64>;
+
+const UAV: [(&str, OfUav); 2] = [
+    ("standoff_error_m", |row, scores| scores.standoff_error_m(row)),
+    ("off_boresight_rad", |row, scores| scores.geometry.off_boresight_rad(row)),
+];
+
+const GROUP: [(&str, OfGroup); 6] = [
+    ("phase_rad", |of| of.phase.map(|(phase_rad, _)| phase_rad)),
+    ("desired_phase_rad", |of| of.phase.map(|(_, desired_rad)| desired_rad)),
+    ("position_error_m", |of| of.errors.map(|(error_m, _)| error_m)),
+    ("position_crlb_m", |of| of.errors.and_then(|(_, bound_m)| bound_m)),
+    ("scan_sd_m", |of| of.scan_sd_m),
+    ("colour", |of| of.colour.map(|place| place as f64)),
+];
+
+const RUN: [(&str, OfRun); 5] = [
+    ("targets", |custody| Some(custody.targets as f64)),
+    ("tracked", |custody| Some(custody.tracked as f64)),
+    ("in_custody", |custody| custody.in_custody.map(|count| count as f64)),
+    ("in_view", |custody| custody.in_view.map(|count| count as f64)),
+    ("position_error_m", |custody| custody.position_error_m),
+];
+
+const TARGET: [(&str, OfTarget); 5] = [
+    ("true_x_m", |of| of.truth.map(|truth| truth.x_m)),
+    ("true_y_m", |of| of.truth.map(|truth| truth.y_m)),
+    ("in_view", |of| of.view.and_then(|view| view.is_in_view).map(f64::from)),
+    ("out_of_view_steps", |of| of.view.map(|view| f64::from(view.out_of_view_steps))),
+    ("detections", |of| Some(f64::from(of.detections))),
+];
+
+/// Scores of a group at a time step.
+struct GroupScores {
+    /// Phase with the largest error, and the desired phase, rad.
+    phase: Option<(f64, f64)>,
+    /// RMS position error of the members, and its bound, m.
+    errors: Option<(f64, Option<f64>)>,
+    scan_sd_m: Option<f64>,
+    colour: Option<usize>,
 }
 
-derived! { UAV: uav(row: &UavRow, scores: &FrameScores<'_>) {
-    standoff_error_m: scores.standoff_error_m(row),
-    off_boresight_rad: scores.geometry.off_boresight_rad(row),
-} }
-
-derived! { GROUP: group(phase: Option<(f64, f64)>, errors: Option<(f64, Option<f64>)>, scan_sd_m: Option<f64>,
-    colour: Option<usize>) {
-    phase_rad: phase.map(|(phase_rad, _)| phase_rad),
-    desired_phase_rad: phase.map(|(_, desired_rad)| desired_rad),
-    position_error_m: errors.map(|(error_m, _)| error_m),
-    position_crlb_m: errors.and_then(|(_, bound_m)| bound_m),
-    scan_sd_m: scan_sd_m,
-    colour: colour.map(|place| place as f64),
-} }
-
-derived! { RUN: run(custody: &CustodyCounts) {
-    targets: Some(custody.targets as f64),
-    tracked: Some(custody.tracked as f64),
-    in_custody: custody.in_custody.map(|count| count as f64),
-    in_view: custody.in_view.map(|count| count as f64),
-    position_error_m: custody.position_error_m,
-} }
-
-derived! { TARGET: target(truth: Option<&TruthRow>, view: Option<&View>, detected: u32) {
-    true_x_m: truth.map(|truth| truth.x_m),
-    true_y_m: truth.map(|truth| truth.y_m),
-    in_view: view.and_then(|view| view.is_in_view).map(f64::from),
-    out_of_view_steps: view.map(|view| f64::from(view.out_of_view_steps)),
-    detections: Some(f64::from(detected)),
-} }
+/// Scores of a target at a time step; empty for the track of no target.
+#[derive(Default)]
+struct TargetScores<'a> {
+    truth: Option<&'a TruthRow>,
+    view: Option<&'a View>,
+    detections: u32,
+}
 
 /// Encodes the frames of a run into parts.
 #[derive(Debug)]
@@ -207,11 +219,12 @@ impl Encoder {
         // Without true targets, as in the record of a flight, there is nothing to count.
         let custody = scores.custody();
         if custody.targets > 0 {
-            draft.run.put(0, run(&custody));
+            draft.run.put(0, RUN.map(|(_, value)| value(&custody)));
         }
         draft.uavs.next_step();
         for row in &frame.uavs {
-            draft.uavs.put(row.uav, recorded.uavs.values(Some(row)).chain(uav(row, &scores)));
+            let derived = UAV.map(|(_, value)| value(row, &scores));
+            draft.uavs.put(row.uav, recorded.uavs.values(Some(row)).chain(derived));
         }
         draft.intruders.next_step();
         for row in &frame.intruders {
@@ -221,10 +234,13 @@ impl Encoder {
         draft.groups.next_step();
         self.colours.next_step(&frame.groups);
         for row in &frame.groups {
-            let errors = errors(&scores, self.bound.as_ref(), row.group);
-            let phase = phases.get(&row.group).copied();
-            let colour = self.colours.place(row.group);
-            let derived = group(phase, errors, scores.scan_sd_m(row.group), colour);
+            let of = GroupScores {
+                phase: phases.get(&row.group).copied(),
+                errors: errors(&scores, self.bound.as_ref(), row.group),
+                scan_sd_m: scores.scan_sd_m(row.group),
+                colour: self.colours.place(row.group),
+            };
+            let derived = GROUP.map(|(_, value)| value(&of));
             draft.groups.put(row.group, recorded.groups.values(Some(row)).chain(derived));
         }
         // Every part starts with a detail, so that the page never shows a later detail too early.
@@ -280,11 +296,11 @@ impl Draft {
             detail_times_us: Vec::new(),
             events: Vec::new(),
             bounds: PartBounds::default(),
-            run: Table::new("run", RUN.map(Cow::from)),
-            uavs: Table::new("uavs", uavs.names().chain(UAV.map(Cow::from))),
-            groups: Table::new("groups", groups.names().chain(GROUP.map(Cow::from))),
+            run: Table::new("run", RUN.map(|(name, _)| Cow::from(name))),
+            uavs: Table::new("uavs", uavs.names().chain(UAV.map(|(name, _)| Cow::from(name)))),
+            groups: Table::new("groups", groups.names().chain(GROUP.map(|(name, _)| Cow::from(name)))),
             intruders: Table::new("intruders", intruders.names()),
-            targets: Table::new("targets", tracks.names().chain(TARGET.map(Cow::from))),
+            targets: Table::new("targets", tracks.names().chain(TARGET.map(|(name, _)| Cow::from(name)))),
             detections: detections.map(|setup| DetectionTables::new(setup, recorded)),
             agents: AssignmentTables::new(),
             team_states: TeamStates::default(),
@@ -318,12 +334,14 @@ impl Draft {
         }
         let matching = scores.geometry.matching();
         for (truth, track) in matching.targets() {
-            let detected = detections.get(&truth.target).copied().unwrap_or(0);
-            let derived = target(Some(truth), views.get(&truth.target), detected);
+            let detections = detections.get(&truth.target).copied().unwrap_or(0);
+            let of = TargetScores { truth: Some(truth), view: views.get(&truth.target), detections };
+            let derived = TARGET.map(|(_, value)| value(&of));
             self.targets.put(truth.target, recorded.tracks.values(track).chain(derived));
         }
         for track in matching.unmatched_tracks() {
-            self.targets.put(track.target, recorded.tracks.values(Some(track)).chain(target(None, None, 0)));
+            let derived = TARGET.map(|(_, value)| value(&TargetScores::default()));
+            self.targets.put(track.target, recorded.tracks.values(Some(track)).chain(derived));
         }
     }
 }

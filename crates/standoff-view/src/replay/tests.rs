@@ -231,7 +231,7 @@ fn the_time_out_of_view_is_that_of_the_metric() {
     let frames = frames(&scenario);
     let rules = scenario.settings.score_config();
     let period_s = rules.period_s;
-    let mut scorer = Scorer::new(rules, MetricSelection::ALL);
+    let mut scorer = Scorer::new(rules, MetricSelection::all());
     frames.iter().for_each(|frame| scorer.frame(frame));
     let details: Vec<Block> = encoded(&scenario, &frames, 1).iter().map(|part| read(&part.detail)).collect();
     let mut longest_s = 0.0_f64;

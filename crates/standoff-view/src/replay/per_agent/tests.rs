@@ -146,7 +146,7 @@ fn disagreement_of_agents_matches_the_metric() {
         }
     }
     assert!(differ > 0 && differ < all);
-    assert_eq!(metrics.assignment_disagreement_fraction, Some(differ as f64 / all as f64));
+    assert_eq!(metrics["assignment_disagreement_fraction"], Some(differ as f64 / all as f64));
 }
 
 /// Every event of every agent occurs once, with all agents that report it. Those of the first agent are the run's

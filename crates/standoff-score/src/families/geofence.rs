@@ -3,18 +3,20 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use standoff::{Geofence, TeamParams, UavId};
-use standoff_record::{Frame, UavRow};
+use standoff_record::UavRow;
 
 use crate::config::ScoreConfig;
-use crate::flown_path::{Curve, PathModel, Recorded};
+use crate::flown_path::{Curve, Recorded};
 use crate::geometry::at;
 use crate::mean::Mean;
+use crate::metric::{Family, LARGE, Metric, NOTHING, count, metric};
+use crate::step::Step;
 
 /// Distance from the flown path at which a crossing is certain, m.
 const ACCURACY_M: f64 = 1e-3;
 
-/// Geofence statistics of all UAVs so far.
-#[derive(Debug, Clone, Default)]
+/// Geofence statistics of all UAVs so far. Empty without zones.
+#[derive(Debug, Default)]
 pub(crate) struct Zones {
     /// State of every UAV in the last frame.
     before: BTreeMap<u32, Before>,
@@ -22,7 +24,7 @@ pub(crate) struct Zones {
     before_us: i64,
     violations: u64,
     /// UAV time steps at which the geofence changed the flown command.
-    pub(crate) detour: Mean,
+    detour: Mean,
 }
 
 /// A UAV in the last frame.
@@ -41,10 +43,23 @@ fn altitudes_m(team: &TeamParams, uav: &UavRow) -> [f64; 2] {
     recorded_m.map_or_else(|| team.altitudes_m(UavId(uav.uav), None), |altitude_m| [altitude_m; 2])
 }
 
-impl Zones {
-    /// Adds the next frame, and the paths from the last frame to it.
-    pub(crate) fn frame(&mut self, config: &ScoreConfig, model: &PathModel, frame: &Frame) {
+impl Family for Zones {
+    const SECTION: &'static str = "Separation and geofences";
+    const METRICS: &'static [Metric<Self>] = &[
+        count(metric("zone_violations", "geofence violations", LARGE, 0.1, NOTHING, |of, _| {
+            (of.detour.n > 0).then_some(of.violations as f64)
+        })),
+        metric("geofence_detour_fraction", "UAV time on geofence detours", LARGE, 0.01, NOTHING, |of, _| {
+            of.detour.value()
+        }),
+    ];
+
+    /// Adds the paths from the last frame to the next one, too.
+    fn add(&mut self, Step { config, frame, paths, .. }: &Step<'_>) {
         let ScoreConfig { geofence, team, .. } = config;
+        if geofence.is_empty() {
+            return;
+        }
         let duration_s = (frame.time_us - self.before_us) as f64 / 1e6;
         let mut after = BTreeMap::new();
         for uav in &frame.uavs {
@@ -56,11 +71,11 @@ impl Zones {
             let before = self.before.get(&uav.uav);
             if let Some(before) = before {
                 let from = before.recorded.position();
-                let bend_max_m = model.bend_max_m(&before.recorded, &recorded, duration_s);
+                let bend_max_m = paths.bend_max_m(&before.recorded, &recorded, duration_s);
                 if geofence.has_side_near(from.midpoint(position), 0.5 * from.distance_m(position) + bend_max_m + 1.0) {
                     let [low_m, high_m] = before.altitudes_m;
                     let between_m = [low_m.min(altitudes_m[0]), high_m.max(altitudes_m[1])];
-                    let path = model.path(&before.recorded, &recorded, duration_s);
+                    let path = paths.path(&before.recorded, &recorded, duration_s);
                     path.curves().iter().for_each(|curve| add_crossed(geofence, curve, between_m, &mut violated));
                 }
             }
@@ -71,11 +86,6 @@ impl Zones {
             after.insert(uav.uav, Before { recorded, altitudes_m, violated_zones });
         }
         (self.before, self.before_us) = (after, frame.time_us);
-    }
-
-    /// Returns the number of violations that began; `None` before the first frame and without zones.
-    pub(crate) fn violations(&self) -> Option<u64> {
-        (self.detour.n > 0).then_some(self.violations)
     }
 }
 
@@ -95,16 +105,24 @@ fn add_crossed(geofence: &Geofence, curve: &Curve, altitudes_m: [f64; 2], crosse
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::common::score;
+    use crate::metric::accumulated;
     use crate::row_fixtures::uav_row;
     use standoff::math;
     use standoff::{Position, Zone, ZoneKind};
+    use standoff_record::Frame;
 
     fn config(geofence: &Geofence, team: &TeamParams) -> ScoreConfig {
         ScoreConfig { geofence: geofence.clone(), ..ScoreConfig::new(team, 0.5) }
     }
 
-    fn add(zones: &mut Zones, config: &ScoreConfig, frame: &Frame) {
-        zones.frame(config, &PathModel::new(&config.team, config.period_s), frame);
+    fn violations(config: &ScoreConfig, frames: impl IntoIterator<Item = Frame>) -> Option<u64> {
+        let zones: Zones = accumulated(config, frames);
+        (zones.detour.n > 0).then_some(zones.violations)
+    }
+
+    fn flown(uav: UavRow) -> Frame {
+        Frame { uavs: vec![uav], ..Frame::default() }
     }
 
     fn square(kind: ZoneKind, half_m: f64) -> Zone {
@@ -119,18 +137,18 @@ mod tests {
     fn violations_count_once_per_uav_zone_and_entry() {
         let geofence = Geofence::new(vec![square(ZoneKind::KeepOut, 50.0), square(ZoneKind::KeepIn, 500.0)]).unwrap();
         let count = |places: &[f64]| {
-            let mut zones = Zones::default();
-            for x_m in places {
+            let frames = places.iter().map(|x_m| {
                 let border = (*x_m > 100.0).then_some(0);
-                let uavs = vec![UavRow { x_m: *x_m, y_m: 0.0, limiting_zone: border, ..uav_row(0) }];
-                add(&mut zones, &config(&geofence, &TeamParams::paper()), &Frame { uavs, ..Frame::default() });
-            }
-            (zones.violations(), zones.detour.value())
+                flown(UavRow { x_m: *x_m, y_m: 0.0, limiting_zone: border, ..uav_row(0) })
+            });
+            let frames: Vec<Frame> = frames.collect();
+            let metrics = score(&config(&geofence, &TeamParams::paper()), &frames);
+            (metrics["zone_violations"], metrics["geofence_detour_fraction"])
         };
         assert_eq!(count(&[]), (None, None));
-        assert_eq!(count(&[100.0, 60.0, 55.0, 60.0]), (Some(0), Some(0.0)));
-        assert_eq!(count(&[60.0, 40.0, 0.0, 60.0, 40.0, 600.0]), (Some(3), Some(1.0 / 6.0)));
-        assert_eq!(count(&[0.0, 0.0]), (Some(1), Some(0.0)));
+        assert_eq!(count(&[100.0, 60.0, 55.0, 60.0]), (Some(0.0), Some(0.0)));
+        assert_eq!(count(&[60.0, 40.0, 0.0, 60.0, 40.0, 600.0]), (Some(3.0), Some(1.0 / 6.0)));
+        assert_eq!(count(&[0.0, 0.0]), (Some(1.0), Some(0.0)));
     }
 
     /// UAVs inside a keep-out zone from 100 to 200 m and a keep-in zone up to 300 m, at recorded or commanded altitudes.
@@ -149,13 +167,11 @@ mod tests {
         // At 300 m, like all UAVs without a recorded altitude.
         let mut team = TeamParams::recommended();
         team.group.altitude_policy = standoff::params::AltitudePolicy::Common;
-        let count = |flown: &[(f64, Option<f64>, Option<f64>)]| {
-            let mut zones = Zones::default();
-            for &(x_m, altitude_m, commanded_altitude_m) in flown {
-                let uavs = vec![UavRow { x_m, y_m: 0.0, altitude_m, commanded_altitude_m, ..uav_row(0) }];
-                add(&mut zones, &config(&geofence, &team), &Frame { uavs, ..Frame::default() });
-            }
-            zones.violations()
+        let count = |places: &[(f64, Option<f64>, Option<f64>)]| {
+            let frames = places.iter().map(|&(x_m, altitude_m, commanded_altitude_m)| {
+                flown(UavRow { x_m, y_m: 0.0, altitude_m, commanded_altitude_m, ..uav_row(0) })
+            });
+            violations(&config(&geofence, &team), frames)
         };
         // Both limits are inside the band.
         for (altitude_m, violations) in [(99.0, 0), (100.0, 1), (200.0, 1), (201.0, 0), (300.0, 0), (301.0, 1)] {
@@ -177,12 +193,8 @@ mod tests {
     fn crossing_a_zone_between_time_steps_counts_once() {
         let geofence = Geofence::new(vec![square(ZoneKind::KeepOut, 50.0), square(ZoneKind::KeepIn, 500.0)]).unwrap();
         let count = |places: &[(f64, f64)]| {
-            let mut zones = Zones::default();
-            for (x_m, y_m) in places {
-                let uavs = vec![UavRow { x_m: *x_m, y_m: *y_m, ..uav_row(0) }];
-                add(&mut zones, &config(&geofence, &TeamParams::paper()), &Frame { uavs, ..Frame::default() });
-            }
-            zones.violations()
+            let frames = places.iter().map(|(x_m, y_m)| flown(UavRow { x_m: *x_m, y_m: *y_m, ..uav_row(0) }));
+            violations(&config(&geofence, &TeamParams::paper()), frames)
         };
         assert_eq!(count(&[(55.0, 40.0), (40.0, 55.0)]), Some(1));
         assert_eq!(count(&[(55.0, 40.0), (40.0, 55.0), (20.0, 55.0), (55.0, 40.0)]), Some(2));
@@ -219,11 +231,8 @@ mod tests {
                 let zone = Zone { kind: ZoneKind::KeepOut, vertices, ..Zone::default() };
                 let geofence = Geofence::new(vec![zone]).unwrap();
                 let score_config = ScoreConfig { period_s: 2.0, ..config(&geofence, &TeamParams::recommended()) };
-                let mut zones = Zones::default();
-                for (time_us, angle_rad) in [(0, -0.6), (2_000_000, 0.6)] {
-                    add(&mut zones, &score_config, &on_circle(time_us, angle_rad));
-                }
-                assert_eq!(zones.violations(), Some(violations), "{corner_m} m");
+                let frames = [(0, -0.6), (2_000_000, 0.6)].map(|(time_us, angle_rad)| on_circle(time_us, angle_rad));
+                assert_eq!(self::violations(&score_config, frames), Some(violations), "{corner_m} m");
             }
         }
     }

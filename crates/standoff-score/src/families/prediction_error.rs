@@ -10,69 +10,71 @@
 
 use standoff::by_group::ByGroup;
 use standoff::guidance::orbit_motion::OrbitMotion;
-use standoff::target::Transition;
-use standoff::{Duration, TargetState, Velocity};
-use standoff_record::{Frame, GroupRow, TrackRow};
+use standoff::{TargetState, Velocity};
+use standoff_record::{GroupRow, TrackRow};
 
-use crate::config::ScoreConfig;
 use crate::geometry::{at, centre, off_orbit_m};
 use crate::matching;
 use crate::mean::Mean;
+use crate::metric::{BOTH, Family, Metric, MetricSet, NEITHER, metric};
+use crate::step::{Inputs, Step};
 use crate::true_orbits::TrueOrbits;
 
 /// One-step prediction errors of a run, from `transient_s` on.
-#[derive(Debug, Clone)]
+#[derive(Debug, Default)]
 pub(crate) struct PredictionErrors {
-    score_config: ScoreConfig,
-    transition: Transition,
     before: Vec<TrackRow>,
     groups_before: Vec<GroupRow>,
     orbits_before: TrueOrbits,
     /// Tracks on the orbit of each group, now and before.
     on_orbits: ByGroup<u32>,
     on_orbits_before: ByGroup<u32>,
-    /// UAVs of each group.
-    uavs: ByGroup<u32>,
     /// Predicted members of one group; reused buffer.
     members: Vec<TargetState>,
     /// Error of the true orbit, m.
-    pub(crate) truth: Mean,
+    truth: Mean,
     /// Error of the agents' own orbit, m.
-    pub(crate) own: Mean,
+    own: Mean,
 }
 
-impl PredictionErrors {
-    pub(crate) fn new(score_config: ScoreConfig) -> Self {
-        Self {
-            transition: score_config.target.transition(Duration::from_s(score_config.period_s)),
-            score_config,
-            before: Vec::new(),
-            groups_before: Vec::new(),
-            orbits_before: TrueOrbits::default(),
-            on_orbits: ByGroup::default(),
-            on_orbits_before: ByGroup::default(),
-            uavs: ByGroup::default(),
-            members: Vec::new(),
-            truth: Mean::default(),
-            own: Mean::default(),
-        }
+impl Family for PredictionErrors {
+    const SECTION: &'static str = "Guidance";
+    const SET: MetricSet = MetricSet::Limits;
+    const METRICS: &'static [Metric<Self>] = &[
+        metric("orbit_prediction_error_m_settled", "one-step orbit prediction error", NEITHER, 0.2, BOTH, |of, _| {
+            of.truth.value()
+        }),
+        metric(
+            "own_orbit_prediction_error_m_settled",
+            "one-step orbit prediction error (own estimate)",
+            NEITHER,
+            0.2,
+            BOTH,
+            |of, _| of.own.value(),
+        ),
+    ];
+
+    fn inputs(_: &[&str]) -> Inputs {
+        Inputs { true_orbits: true, ..Inputs::default() }
     }
 
-    /// Adds the next frame and its true orbits.
-    pub(crate) fn frame(&mut self, frame: &Frame, orbits: &TrueOrbits) {
+    fn add(&mut self, step: &Step<'_>) {
+        let frame = step.frame;
         std::mem::swap(&mut self.on_orbits, &mut self.on_orbits_before);
         self.on_orbits.fill(matching::on_orbits(frame.tracks.iter()));
-        self.uavs.fill(matching::assigned(frame));
-        if self.score_config.is_settled(frame) {
-            frame.groups.iter().for_each(|group| self.group(frame, orbits, group));
+        if step.config.is_settled(frame) {
+            frame.groups.iter().for_each(|group| self.group(step, group));
         }
-        self.orbits_before.clone_from(orbits);
+        self.orbits_before.clone_from(step.true_orbits);
         self.before.clone_from(&frame.tracks);
         self.groups_before.clone_from(&frame.groups);
     }
+}
 
+impl PredictionErrors {
     /// Groups count only while their members stay the same: a change of membership is not a prediction error.
-    fn group(&mut self, frame: &Frame, orbits: &TrueOrbits, group: &GroupRow) {
+    fn group(&mut self, step: &Step<'_>, group: &GroupRow) {
+        let Step { config, frame, true_orbits: orbits, .. } = step;
         let old = self.groups_before.binary_search_by_key(&group.group, |old| old.group);
         let Some(old) = old.ok().map(|index| &self.groups_before[index]) else { return };
         let before = self.on_orbits_before.of(group.group).map(|index| &self.before[index]);
@@ -81,11 +83,10 @@ impl PredictionErrors {
             return;
         }
         self.members.clear();
-        self.members.extend(before.map(|track| self.transition.predict(&TargetState(track.state.into()))));
+        self.members.extend(before.map(|track| step.transition.predict(&TargetState(track.state.into()))));
         let members = &self.members;
-        let (Some(truth), Some(desired)) = (orbits.of(group.group), self.score_config.orbit(members)) else { return };
-        let after =
-            |flown: &OrbitMotion, margin_m: f64| self.score_config.orbit_after(flown, &desired, members, margin_m);
+        let (Some(truth), Some(desired)) = (orbits.of(group.group), config.orbit(members)) else { return };
+        let after = |flown: &OrbitMotion, margin_m: f64| config.orbit_after(flown, &desired, members, margin_m);
         let expected_true = self.orbits_before.of(group.group).map_or(desired, |orbit| after(&orbit.flown, 0.0));
         let orbit = |row: &GroupRow| OrbitMotion {
             centre: centre(row),
@@ -95,16 +96,16 @@ impl PredictionErrors {
             turn_limit_m: row.turn_limit_m.unwrap_or(f64::INFINITY),
         };
         let (own, was) = (orbit(group), orbit(old));
-        let expected_own = if self.score_config.orbit_motion.is_instantaneous() {
+        let expected_own = if config.orbit_motion.is_instantaneous() {
             // The agents' own centre moves on at constant velocity.
-            let centre = was.centre + was.velocity * self.score_config.period_s;
+            let centre = was.centre + was.velocity * config.period_s;
             let state = TargetState::new(centre, was.velocity, [0.0; 2]);
-            let standoff = self.score_config.standoff_distance(members, &state, group.margin_m, desired.turn_limit_m);
+            let standoff = config.standoff_distance(members, &state, group.margin_m, desired.turn_limit_m);
             OrbitMotion::start(&state, &standoff, desired.turn_limit_m)
         } else {
             after(&was, group.margin_m)
         };
-        for index in self.uavs.of(group.group) {
+        for index in step.uavs.of(group.group) {
             let uav = &frame.uavs[index];
             let off_m = |orbit: &OrbitMotion| off_orbit_m(at(uav), orbit.centre, orbit.radius_m);
             self.truth.add((off_m(&truth.flown) - off_m(&expected_true)).abs());
@@ -117,9 +118,11 @@ impl PredictionErrors {
 mod tests {
     use super::*;
     use standoff::Position;
+    use standoff_record::Frame;
 
+    use crate::ScoreConfig;
     use crate::common::config_of;
-    use crate::matching::Matching;
+    use crate::metric::accumulated;
     use crate::missions::{frames, load};
     use crate::{MetricSelection, Scorer};
 
@@ -129,12 +132,7 @@ mod tests {
     }
 
     fn prediction_errors(score_config: &ScoreConfig, frames: &[Frame]) -> [f64; 2] {
-        let mut prediction_errors = PredictionErrors::new(score_config.clone());
-        let mut orbits = TrueOrbits::default();
-        for frame in frames {
-            orbits.next(score_config, &frame.groups, &Matching::of(frame));
-            prediction_errors.frame(frame, &orbits);
-        }
+        let prediction_errors: PredictionErrors = accumulated(score_config, frames);
         [prediction_errors.truth.value().unwrap(), prediction_errors.own.value().unwrap()]
     }
 
@@ -184,10 +182,10 @@ mod tests {
             let mut scorer = Scorer::new(config_of(&scenario.settings), choice);
             frames(&scenario).iter().for_each(|frame| scorer.frame(frame));
             let metrics = scorer.metrics();
-            errors_m[0] += metrics.standoff_error_m_settled.unwrap();
-            errors_m[1] += metrics.standoff_error_own_estimate_m_settled.unwrap();
-            surprises_m[0] += metrics.orbit_prediction_error_m_settled.unwrap();
-            surprises_m[1] += metrics.own_orbit_prediction_error_m_settled.unwrap();
+            errors_m[0] += metrics["standoff_error_m_settled"].unwrap();
+            errors_m[1] += metrics["standoff_error_own_estimate_m_settled"].unwrap();
+            surprises_m[0] += metrics["orbit_prediction_error_m_settled"].unwrap();
+            surprises_m[1] += metrics["own_orbit_prediction_error_m_settled"].unwrap();
         }
         assert!(errors_m[0] > surprises_m[0] && errors_m[1] > surprises_m[1], "{errors_m:?} {surprises_m:?}");
         assert!(surprises_m.iter().all(|surprise_m| *surprise_m > 60.0 * 0.1));

@@ -5,26 +5,27 @@ use standoff_record::{Frame, TrackStatus};
 
 use crate::by_id::ById;
 use crate::config::ScoreConfig;
-use crate::geometry::Coverage;
-use crate::matching::{Assigner, Matching, estimate, position};
+use crate::matching::{Assigner, estimate, position};
 use crate::mean::Mean;
+use crate::metric::{Family, LARGE, Metric, MetricSet, NOTHING, SMALL, TRACKS, count, metric};
+use crate::step::{Inputs, Step};
 
 /// Fraction of its time steps in which a track must have a target, otherwise it is false.
 const TRUE_FRACTION: f64 = 0.1;
 
 /// Scores so far.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct AssociationScores {
+#[derive(Debug, Default)]
+pub(crate) struct Association {
     /// Squared GOSPA, and its part due to the distances of assigned targets and tracks, m2.
-    pub(crate) squared_m2: Mean,
-    pub(crate) localisation_m2: Mean,
+    squared_m2: Mean,
+    localisation_m2: Mean,
     /// Numbers of targets and tracks that are not assigned.
-    pub(crate) missed: Mean,
-    pub(crate) false_tracks_in_view: Mean,
+    missed: Mean,
+    false_tracks_in_view: Mean,
     /// Target-scans in the field of view, behind buildings or not, that were detected.
-    pub(crate) detected: Mean,
+    detected: Mean,
     /// Number of times that a track has changed its target since its first measurement.
-    pub(crate) swaps: u64,
+    swaps: u64,
     /// Tracks so far, by number.
     tracks: ById<TrackLife>,
     /// Time steps of each target with each of its tracks.
@@ -54,35 +55,38 @@ struct TrackLife {
     last_target: Option<u32>,
 }
 
-impl AssociationScores {
-    /// Adds the next frame.
-    pub(crate) fn frame(&mut self, config: &ScoreConfig, frame: &Frame, matching: &Matching<'_>, coverage: &Coverage) {
-        if coverage.is_blind() {
-            if self.has_looked {
-                self.add_nothing_in_view(config, frame);
-            }
-        } else {
+impl Family for Association {
+    const SECTION: &'static str = "Association";
+    const SET: MetricSet = MetricSet::Association;
+    const METRICS: &'static [Metric<Self>] = &[
+        metric("gospa_m", "GOSPA", LARGE, 0.5, TRACKS, |of, _| of.squared_m2.value().map(f64::sqrt)),
+        metric("gospa_localisation_m", "GOSPA, position errors", LARGE, 0.5, TRACKS, |of, _| {
+            of.localisation_m2.value().map(f64::sqrt)
+        }),
+        metric("gospa_missed", "targets in view without track", LARGE, 0.05, TRACKS, |of, _| of.missed.value()),
+        metric("gospa_false", "tracks in view without target", LARGE, 0.05, TRACKS, |of, _| {
+            of.false_tracks_in_view.value()
+        }),
+        count(metric("track_swaps", "tracks that changed their target", LARGE, 0.1, TRACKS, |of, _| {
+            Some(of.swaps as f64)
+        })),
+        count(metric("false_tracks", "false tracks", LARGE, 0.1, TRACKS, |of, _| Some(of.false_tracks() as f64))),
+        metric("track_purity", "track purity", SMALL, 0.01, TRACKS, |of, _| of.purity()),
+        metric("detected_fraction", "targets in view detected", SMALL, 0.01, NOTHING, |of, _| of.detected.value()),
+    ];
+
+    fn inputs(_: &[&str]) -> Inputs {
+        Inputs { covered: true, ..Inputs::default() }
+    }
+
+    fn add(&mut self, step: &Step<'_>) {
+        if !step.coverage.is_blind() {
             self.has_looked = true;
-            let InView { detected, targets, tracks, assigner } = &mut self.in_view;
-            detected.clear();
-            detected.extend(frame.detections.iter().filter_map(|row| Some((row.uav, row.target?))));
-            detected.sort_unstable();
-            targets.clear();
-            for truth in &frame.truth {
-                let before = self.detected.n;
-                // Targets behind buildings count, too.
-                for pointed in coverage.of(truth.target) {
-                    let is_detected = detected.binary_search(&(pointed.uav, truth.target)).is_ok();
-                    self.detected.add(f64::from(is_detected));
-                }
-                targets.extend((self.detected.n > before).then_some(position(truth)));
-            }
-            tracks.clear();
-            tracks.extend(frame.tracks.iter().map(estimate).filter(|at| coverage.includes(&config.sensor, *at)));
-            let gospa = Gospa::of(targets, tracks, config.gospa_cutoff_m, assigner);
-            self.add_gospa(gospa);
+            self.add_view(step);
+        } else if self.has_looked {
+            self.add_nothing_in_view(step.config, step.frame);
         }
-        for pair in matching.pairs() {
+        for pair in step.matching.pairs() {
             let (target, track) = (pair.target.target, pair.track.track);
             let life = self.tracks.entry(track, TrackLife::default);
             (life.steps, life.matched) = (life.steps + 1, life.matched + 1);
@@ -93,9 +97,33 @@ impl AssociationScores {
             }
             *self.of_targets.entry(target, ById::default).entry(track, || 0) += 1;
         }
-        for track in matching.unmatched_tracks() {
+        for track in step.matching.unmatched_tracks() {
             self.tracks.entry(track.track, TrackLife::default).steps += 1;
         }
+    }
+}
+
+impl Association {
+    /// Adds the targets and tracks in view at a time step.
+    fn add_view(&mut self, Step { config, frame, coverage, .. }: &Step<'_>) {
+        let InView { detected, targets, tracks, assigner } = &mut self.in_view;
+        detected.clear();
+        detected.extend(frame.detections.iter().filter_map(|row| Some((row.uav, row.target?))));
+        detected.sort_unstable();
+        targets.clear();
+        for truth in &frame.truth {
+            let before = self.detected.n;
+            // Targets behind buildings count, too.
+            for pointed in coverage.of(truth.target) {
+                let is_detected = detected.binary_search(&(pointed.uav, truth.target)).is_ok();
+                self.detected.add(f64::from(is_detected));
+            }
+            targets.extend((self.detected.n > before).then_some(position(truth)));
+        }
+        tracks.clear();
+        tracks.extend(frame.tracks.iter().map(estimate).filter(|at| coverage.includes(&config.sensor, *at)));
+        let gospa = Gospa::of(targets, tracks, config.gospa_cutoff_m, assigner);
+        self.add_gospa(gospa);
     }
 
     /// Adds a time step at which no sensor is pointed any more: all existing targets are missed.
@@ -117,13 +145,13 @@ impl AssociationScores {
     }
 
     /// Number of tracks so far that have had no target for more than 90 % of their time steps.
-    pub(crate) fn false_tracks(&self) -> u64 {
+    fn false_tracks(&self) -> u64 {
         let is_false = |life: &&TrackLife| (life.matched as f64) < TRUE_FRACTION * life.steps as f64;
         self.tracks.values().filter(is_false).count() as u64
     }
 
     /// Fraction of the time steps of targets with a track in which it is the one that the target has had longest.
-    pub(crate) fn purity(&self) -> Option<f64> {
+    fn purity(&self) -> Option<f64> {
         let mut purity = Mean::default();
         for tracks in self.of_targets.values() {
             let main = tracks.values().copied().max().unwrap_or(0);
@@ -131,6 +159,12 @@ impl AssociationScores {
         }
         purity.value()
     }
+}
+
+/// Returns the means of this many missed targets per time step while no agent runs, by metric.
+pub(crate) fn without_tracks(missed: f64, cutoff_m: f64) -> [(&'static str, f64); 4] {
+    let gospa_m = cutoff_m * (0.5 * missed).sqrt();
+    [("gospa_m", gospa_m), ("gospa_localisation_m", 0.0), ("gospa_missed", missed), ("gospa_false", 0.0)]
 }
 
 /// GOSPA of order 2 with alpha = 2: the smallest root of the squared distances of pairs, plus half the cut-off squared
@@ -232,19 +266,19 @@ mod tests {
     #[test]
     fn only_targets_and_tracks_in_view_count_for_gospa() {
         let metrics = score(&score_config(), &[frame(0), frame(1)]);
-        assert_eq!((metrics.gospa_missed, metrics.gospa_false), (Some(1.0), Some(1.0)));
-        assert_eq!(metrics.gospa_localisation_m, Some(3.0));
-        assert_eq!(metrics.gospa_m, Some(409f64.sqrt()));
-        assert_eq!(metrics.detected_fraction, Some(0.5));
+        assert_eq!((metrics["gospa_missed"], metrics["gospa_false"]), (Some(1.0), Some(1.0)));
+        assert_eq!(metrics["gospa_localisation_m"], Some(3.0));
+        assert_eq!(metrics["gospa_m"], Some(409f64.sqrt()));
+        assert_eq!(metrics["detected_fraction"], Some(0.5));
         let narrow = ScoreConfig { gospa_cutoff_m: 2.0, ..score_config() };
-        assert_eq!(score(&narrow, &[frame(0)]).gospa_m, Some(8f64.sqrt()), "two targets missed, two false tracks");
+        assert_eq!(score(&narrow, &[frame(0)])["gospa_m"], Some(8f64.sqrt()), "two targets missed, two false tracks");
         // Before a sensor has been pointed nothing is in view. Later, all targets are then missed.
         let mut blind = frame(1);
         blind.uavs[0].boresight_rad = None;
         let metrics = score(&score_config(), [&blind]);
-        assert_eq!((metrics.gospa_m, metrics.detected_fraction), (None, None));
+        assert_eq!((metrics["gospa_m"], metrics["detected_fraction"]), (None, None));
         let metrics = score(&score_config(), [&frame(0), &blind]);
-        assert_eq!((metrics.gospa_missed, metrics.detected_fraction), (Some(2.0), Some(0.2)));
+        assert_eq!((metrics["gospa_missed"], metrics["detected_fraction"]), (Some(2.0), Some(0.2)));
     }
 
     /// Track 0 has target 0 for six time steps, then target 1 for two, and in between none. Target 1 has another track
@@ -266,14 +300,14 @@ mod tests {
             })
             .collect();
         let metrics = score(&score_config(), &frames);
-        assert_eq!((metrics.track_swaps, metrics.false_tracks), (Some(1), Some(1)));
+        assert_eq!((metrics["track_swaps"], metrics["false_tracks"]), (Some(1.0), Some(1.0)));
         let cued = |mut frame: Frame| {
             frame.tracks.iter_mut().for_each(|track| track.status = TrackStatus::Cued);
             frame
         };
         let metrics_if_cued = score(&score_config(), &frames.iter().cloned().map(cued).collect::<Vec<_>>());
-        assert_eq!(metrics_if_cued.track_swaps, Some(0), "cues have no known target");
+        assert_eq!(metrics_if_cued["track_swaps"], Some(0.0), "cues have no known target");
         // Targets 0 and 2 have one track each for 6 and 9 time steps, target 1 two tracks for 6 and 2.
-        assert_eq!(metrics.track_purity, Some(21.0 / 23.0));
+        assert_eq!(metrics["track_purity"], Some(21.0 / 23.0));
     }
 }

@@ -9,6 +9,8 @@ use standoff::{Aircraft, SeparationParams, UavId};
 use standoff_record::{Frame, IntruderRow, UavRow};
 
 use crate::flown_path::{Curve, FlownPath, PathModel, Recorded};
+use crate::metric::{Family, GROUPS, LARGE, Metric, NOTHING, SMALL, count, metric};
+use crate::step::{Inputs, Step};
 
 /// Accuracy of the distances, m.
 const ACCURACY_M: f64 = 1e-3;
@@ -17,26 +19,26 @@ const ACCURACY_M: f64 = 1e-3;
 const HALVINGS_MAX: u32 = 16;
 
 /// Rules for the pairs of aircraft that count.
-#[derive(Debug, Clone)]
-pub(crate) struct SeparationRules {
-    pub(crate) minima: SeparationParams,
-    pub(crate) model: PathModel,
+#[derive(Debug, Clone, Copy)]
+struct SeparationRules<'a> {
+    minima: SeparationParams,
+    model: &'a PathModel,
     /// True if only pairs of one group count.
-    pub(crate) is_of_groups: bool,
+    is_of_groups: bool,
 }
 
 /// Separation statistics of all UAVs so far.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Default)]
 pub(crate) struct Separations {
-    pub(crate) min_m: Option<f64>,
-    pub(crate) min_same_altitude_m: Option<f64>,
-    pub(crate) min_same_group_m: Option<f64>,
+    min_m: Option<f64>,
+    min_same_altitude_m: Option<f64>,
+    min_same_group_m: Option<f64>,
     /// Number of times that a UAV and another aircraft violated both minima.
-    pub(crate) violations: u64,
+    violations: u64,
     /// UAV time steps on collision avoidance.
-    pub(crate) avoiding: u64,
+    avoiding: u64,
     /// True if a UAV and at least one other aircraft have flown.
-    pub(crate) has_pairs: bool,
+    has_pairs: bool,
     /// Pairs that violate the minima now.
     near: BTreeSet<(Aircraft, Aircraft)>,
     legs: Legs,
@@ -198,12 +200,45 @@ impl Candidates {
     }
 }
 
+const SAME_GROUP: &str = "separation_min_same_group_m";
+
+impl Family for Separations {
+    const SECTION: &'static str = "Separation and geofences";
+    const METRICS: &'static [Metric<Self>] = &[
+        metric("separation_min_m", "minimum separation", SMALL, 10.0, NOTHING, |of, _| of.min_m),
+        metric(
+            "separation_min_same_altitude_m",
+            "minimum separation at the same altitude",
+            SMALL,
+            10.0,
+            NOTHING,
+            |of, _| of.min_same_altitude_m,
+        ),
+        metric(SAME_GROUP, "minimum separation within a group", SMALL, 10.0, GROUPS, |of, _| of.min_same_group_m),
+        count(metric("separation_violations", "separation violations", LARGE, 0.1, NOTHING, |of, _| {
+            of.has_pairs.then_some(of.violations as f64)
+        })),
+        metric("avoidance_time_s", "UAV time spent on collision avoidance", LARGE, 5.0, NOTHING, |of, run| {
+            of.has_pairs.then_some(of.avoiding as f64 * run.config.period_s)
+        }),
+    ];
+
+    fn inputs(selected: &[&str]) -> Inputs {
+        Inputs { all_pairs: selected != [SAME_GROUP], ..Inputs::default() }
+    }
+
+    fn add(&mut self, Step { config, frame, inputs, paths, .. }: &Step<'_>) {
+        let rules = SeparationRules { minima: config.separation, model: paths, is_of_groups: !inputs.all_pairs };
+        self.frame(&rules, frame);
+    }
+}
+
 impl Separations {
     /// Adds the next frame, and the paths from the last frame to it.
-    pub(crate) fn frame(&mut self, rules: &SeparationRules, frame: &Frame) {
+    fn frame(&mut self, rules: &SeparationRules<'_>, frame: &Frame) {
         let avoids = |uav: &&UavRow| uav.avoided_uav.is_some() || uav.avoided_intruder.is_some();
         self.avoiding += frame.uavs.iter().filter(avoids).count() as u64;
-        self.legs.next(&rules.model, frame);
+        self.legs.next(rules.model, frame);
         let mut candidates = std::mem::take(&mut self.candidates);
         candidates.fill(&self.legs, self.reach_m(rules));
         self.has_pairs |= !rules.is_of_groups && !frame.uavs.is_empty() && self.legs.now.len() > 1;
@@ -220,7 +255,7 @@ impl Separations {
     }
 
     /// Distance now beyond which a pair of different groups changes no result, m: it was not nearer on the way.
-    fn reach_m(&self, rules: &SeparationRules) -> f64 {
+    fn reach_m(&self, rules: &SeparationRules<'_>) -> f64 {
         let Legs { before, now, .. } = &self.legs;
         let least_m = |least_m: Option<f64>| least_m.unwrap_or(f64::INFINITY);
         let least_m = least_m(self.min_m).max(least_m(self.min_same_altitude_m)).max(rules.minima.horizontal_min_m);
@@ -232,7 +267,7 @@ impl Separations {
     }
 
     /// Adds the distance of two aircraft in a frame. Returns true if they violate both minima.
-    fn meet(&mut self, rules: &SeparationRules, one: usize, other: usize) -> bool {
+    fn meet(&mut self, rules: &SeparationRules<'_>, one: usize, other: usize) -> bool {
         let [one, other] = [one, other].map(|index| &self.legs.now[index]);
         let distance_m = one.distance_m(other);
         let is_level = one.is_level_with(other, &rules.minima);
@@ -250,7 +285,7 @@ impl Separations {
     }
 
     /// Adds the distances of two aircraft along their paths. Returns true if they violated both minima.
-    fn fly(&mut self, rules: &SeparationRules, one: usize, other: usize) -> bool {
+    fn fly(&mut self, rules: &SeparationRules<'_>, one: usize, other: usize) -> bool {
         let SeparationRules { minima, model, is_of_groups } = rules;
         let Legs { before, now, .. } = &self.legs;
         let (Some(one_last), Some(other_last)) = (now[one].last, now[other].last) else { return false };
@@ -337,7 +372,7 @@ fn closest(relative: &Curve, vertical_min_m: f64, halvings_max: u32, least: &mut
 }
 
 /// Replaces `least` by `value` if that is smaller.
-pub(crate) fn take_least(least: &mut Option<f64>, value: f64) {
+fn take_least(least: &mut Option<f64>, value: f64) {
     *least = Some(least.map_or(value, |least| least.min(value)));
 }
 
@@ -348,8 +383,11 @@ mod tests {
     use standoff::math::{self, PI};
     use standoff::{Angle, TeamParams, Velocity};
 
-    fn rules(period_s: f64) -> SeparationRules {
-        let model = PathModel::new(&TeamParams::recommended(), period_s);
+    fn model(period_s: f64) -> PathModel {
+        PathModel::new(&TeamParams::recommended(), period_s)
+    }
+
+    fn rules(model: &PathModel) -> SeparationRules<'_> {
         SeparationRules { minima: SeparationParams::default(), model, is_of_groups: false }
     }
 
@@ -362,7 +400,7 @@ mod tests {
                 altitude_m: up_m.map(|_| 300.0 + up_m_of),
                 ..uav_row(uav)
             });
-            separations.frame(&rules(0.5), &Frame { time_us, uavs: rows.to_vec(), ..Frame::default() });
+            separations.frame(&rules(&model(0.5)), &Frame { time_us, uavs: rows.to_vec(), ..Frame::default() });
         }
         separations
     }
@@ -409,7 +447,7 @@ mod tests {
                 });
                 let mut separations = Separations::default();
                 for time_us in [0, 500_000] {
-                    separations.frame(&rules(0.5), &Frame { time_us, uavs: rows.to_vec(), ..Frame::default() });
+                    separations.frame(&rules(&model(0.5)), &Frame { time_us, uavs: rows.to_vec(), ..Frame::default() });
                 }
                 assert_eq!(separations.violations, violations, "{up_m} m, {is_simulated}");
                 assert_eq!(separations.min_same_altitude_m.is_some(), violations == 1);
@@ -456,7 +494,7 @@ mod tests {
                 let calm = [on_circle(angle_rad), other];
                 let uavs = calm.map(|row| if is_calm { row } else { in_wind(&row, after_s) }).to_vec();
                 let time_us = (1e6 * after_s) as i64;
-                separations.frame(&rules(2.0), &Frame { time_us, uavs, ..Frame::default() });
+                separations.frame(&rules(&model(2.0)), &Frame { time_us, uavs, ..Frame::default() });
             }
             for least_m in [separations.min_m, separations.min_same_altitude_m, separations.min_same_group_m] {
                 assert!((least_m.unwrap() - 10.0).abs() < 0.01, "{least_m:?}");
@@ -475,7 +513,7 @@ mod tests {
             let uavs = vec![UavRow { altitude_m: Some(300.0), speed_m_s: 0.0, speed_command_m_s: 0.0, ..uav_row(0) }];
             let intruder = IntruderRow { x_m: 49.0, altitude_m: Some(altitude_m), ..IntruderRow::default() };
             let frame = Frame { time_us, uavs, intruders: vec![intruder], ..Frame::default() };
-            separations.frame(&rules(0.5), &frame);
+            separations.frame(&rules(&model(0.5)), &frame);
         }
         let Separations { min_m, min_same_altitude_m: min_layer_m, violations, has_pairs, .. } = separations;
         assert_eq!((min_m, min_layer_m, violations, has_pairs), (Some(49.0), Some(49.0), 1, true));
@@ -490,7 +528,8 @@ mod tests {
             group: Some(group),
             ..uav_row(uav)
         });
-        let rules = SeparationRules { is_of_groups: true, ..rules(0.5) };
+        let model = model(0.5);
+        let rules = SeparationRules { is_of_groups: true, ..rules(&model) };
         for time_us in [0, 500_000] {
             separations.frame(&rules, &Frame { time_us, uavs: rows.to_vec(), ..Frame::default() });
         }
@@ -501,7 +540,7 @@ mod tests {
     fn avoiding_uavs_are_counted_at_every_time_step() {
         let mut separations = Separations::default();
         let rows = [Some(1), None, Some(0)].map(|avoids| UavRow { avoided_uav: avoids, ..uav_row(0) });
-        separations.frame(&rules(0.5), &Frame { uavs: rows.to_vec(), ..Frame::default() });
+        separations.frame(&rules(&model(0.5)), &Frame { uavs: rows.to_vec(), ..Frame::default() });
         assert_eq!(separations.avoiding, 2);
     }
 }

@@ -19,6 +19,8 @@ use crate::config::ScoreConfig;
 use crate::geometry::{at, position};
 use crate::matching::Matching;
 use crate::mean::Mean;
+use crate::metric::{BOTH, Family, Metric, MetricSet, NEITHER, metric};
+use crate::step::Step;
 
 /// Compares the estimates of group members with the Cramer-Rao bound of `docs/user/metrics.md`, frame by frame.
 #[derive(Debug, Clone)]
@@ -97,8 +99,57 @@ impl Bound {
     }
 
     /// Returns the efficiencies of position and velocity, empty if the bound was not representable.
-    pub(crate) fn efficiencies(&self) -> [Efficiency; 2] {
+    fn efficiencies(&self) -> [Efficiency; 2] {
         if self.is_lost { Default::default() } else { [self.position, self.velocity] }
+    }
+}
+
+/// Estimates compared with their bound, if it is defined; outer `None` before the first time step.
+#[derive(Debug, Default)]
+pub(crate) struct CramerRao(Option<Option<Bound>>);
+
+impl CramerRao {
+    /// Returns the efficiencies of position and velocity.
+    fn efficiencies(&self) -> [Efficiency; 2] {
+        self.0.iter().flatten().next().map(Bound::efficiencies).unwrap_or_default()
+    }
+}
+
+/// Ratios pooled over runs as the square root of the ratio of two means: ratio, numerator, denominator. Selecting the
+/// ratio selects all three.
+pub(crate) const POOLED: [(&str, &str, &str); 2] = [
+    ("position_crlb_ratio", "position_squared_error_m2", "position_crlb_m2"),
+    ("velocity_crlb_ratio", "velocity_squared_error_m2_s2", "velocity_crlb_m2_s2"),
+];
+
+impl Family for CramerRao {
+    const SECTION: &'static str = "Estimation";
+    const SET: MetricSet = MetricSet::Limits;
+    const METRICS: &'static [Metric<Self>] = &[
+        metric(POOLED[0].0, "position error / Cramer-Rao bound", NEITHER, 0.01, BOTH, |of, _| {
+            of.efficiencies()[0].ratio()
+        }),
+        metric(POOLED[1].0, "velocity error / Cramer-Rao bound", NEITHER, 0.01, BOTH, |of, _| {
+            of.efficiencies()[1].ratio()
+        }),
+        metric(POOLED[0].1, "mean squared position error", NEITHER, 1.0, BOTH, |of, _| {
+            of.efficiencies()[0].squared_error.value()
+        }),
+        metric(POOLED[0].2, "Cramer-Rao bound of the position", NEITHER, 1.0, BOTH, |of, _| {
+            of.efficiencies()[0].bound.value()
+        }),
+        metric(POOLED[1].1, "mean squared velocity error", NEITHER, 0.1, BOTH, |of, _| {
+            of.efficiencies()[1].squared_error.value()
+        }),
+        metric(POOLED[1].2, "Cramer-Rao bound of the velocity", NEITHER, 0.1, BOTH, |of, _| {
+            of.efficiencies()[1].bound.value()
+        }),
+    ];
+
+    fn add(&mut self, step: &Step<'_>) {
+        if let Some(bound) = self.0.get_or_insert_with(|| Bound::of(step.config)) {
+            bound.frame(step.frame, step.matching);
+        }
     }
 }
 
@@ -113,9 +164,9 @@ fn known_detections(frame: &Frame, matching: &Matching<'_>) -> impl Iterator<Ite
 
 /// Squared errors and their bound over the same samples.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Efficiency {
-    pub(crate) squared_error: Mean,
-    pub(crate) bound: Mean,
+struct Efficiency {
+    squared_error: Mean,
+    bound: Mean,
 }
 
 impl Efficiency {
@@ -126,7 +177,7 @@ impl Efficiency {
     }
 
     /// Root of the ratio of the summed squared errors to the summed bound.
-    pub(crate) fn ratio(&self) -> Option<f64> {
+    fn ratio(&self) -> Option<f64> {
         Some((self.squared_error.value()? / self.bound.value()?).sqrt())
     }
 }

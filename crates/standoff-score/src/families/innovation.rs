@@ -18,19 +18,18 @@ use nalgebra::Matrix2;
 use standoff::sensor::jacobian;
 use standoff::sensor::measure;
 use standoff::target::Transition;
-use standoff::{Angle, Covariance, Duration, Position, RangeBearingMeasurement, SensorParams, TargetState};
-use standoff_record::{Frame, TrackRow};
+use standoff::{Angle, Covariance, Position, RangeBearingMeasurement, SensorParams, TargetState};
+use standoff_record::TrackRow;
 
-use crate::config::ScoreConfig;
 use crate::geometry::at;
 use crate::matching;
 use crate::mean::Mean;
+use crate::metric::{Family, Metric, MetricSet, NEITHER, TRACKS, metric};
+use crate::step::Step;
 
 /// Normalised innovations squared of a run.
-#[derive(Debug, Clone)]
+#[derive(Debug, Default)]
 pub(crate) struct Innovations {
-    transition: Transition,
-    sensor: SensorParams,
     /// Tracks of the previous frame.
     before: Vec<TrackRow>,
     /// Their predicted measurements, if they are measured at the current time step.
@@ -39,19 +38,12 @@ pub(crate) struct Innovations {
     squares: Mean,
 }
 
-impl Innovations {
-    pub(crate) fn new(config: &ScoreConfig) -> Self {
-        Self {
-            transition: config.target.transition(Duration::from_s(config.period_s)),
-            sensor: config.sensor,
-            before: Vec::new(),
-            predicted: Vec::new(),
-            squares: Mean::default(),
-        }
-    }
+impl Family for Innovations {
+    const SECTION: &'static str = "Estimation";
+    const SET: MetricSet = MetricSet::Limits;
+    const METRICS: &'static [Metric<Self>] = &[metric("nis", "NIS", NEITHER, 0.02, TRACKS, |of, _| of.value())];
 
-    /// Adds the next frame.
-    pub(crate) fn frame(&mut self, frame: &Frame) {
+    fn add(&mut self, Step { config, frame, transition, .. }: &Step<'_>) {
         self.predicted.clear();
         self.predicted.resize(self.before.len(), None);
         for detection in &frame.detections {
@@ -60,17 +52,19 @@ impl Innovations {
             let z =
                 RangeBearingMeasurement { range_m: detection.range_m, bearing: Angle::from_rad(detection.bearing_rad) };
             self.predicted[index]
-                .get_or_insert_with(|| PredictedMeasurement::of(&self.before[index], &self.transition))
-                .compare(&self.sensor, at(uav), &z);
+                .get_or_insert_with(|| PredictedMeasurement::of(&self.before[index], transition))
+                .compare(&config.sensor, at(uav), &z);
         }
         for target in self.predicted.iter().flatten() {
             self.squares = self.squares.and(target.squares);
         }
         self.before.clone_from(&frame.tracks);
     }
+}
 
+impl Innovations {
     /// Returns the mean per measured value; `None` if nothing was measured or the sum is not finite.
-    pub(crate) fn value(&self) -> Option<f64> {
+    fn value(&self) -> Option<f64> {
         self.squares.value().filter(|nis| nis.is_finite())
     }
 }
@@ -144,7 +138,6 @@ fn lower_root(covariance: &Matrix2<f64>) -> Matrix2<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::common::score_config;
     use nalgebra::{Matrix6, Matrix6x2, Vector6};
     use standoff::Displacement;
 
@@ -234,7 +227,7 @@ mod tests {
     /// A sum that is not finite has no mean.
     #[test]
     fn infinite_sum_has_no_mean() {
-        let mut innovations = Innovations::new(&score_config());
+        let mut innovations = Innovations::default();
         assert_eq!(innovations.value(), None);
         innovations.squares = Mean { sum: 7.0, n: 2 };
         assert_eq!(innovations.value(), Some(3.5));

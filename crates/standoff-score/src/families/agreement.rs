@@ -1,56 +1,82 @@
 //! Agreement of several agents, and its communication cost.
 
-use standoff_record::{AgentRow, Frame, PerAgentTables};
 use std::collections::BTreeMap;
 
-use crate::matching::Matching;
+use standoff_record::{AgentRow, PerAgentTables};
+
 use crate::mean::Mean;
+use crate::metric::{Family, LARGE, Metric, MetricSet, NOTHING, metric};
+use crate::step::Step;
 
 /// Agreement statistics so far. Empty if one agent acts for the whole team.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Default)]
 pub(crate) struct Agreement {
     /// Time steps at which assignments differ, of those with two or more agents.
-    pub(crate) differ: Mean,
+    differ: Mean,
     last_differing_us: Option<i64>,
     last_us: i64,
     /// Ids of the running agents, ascending, and the last time at which an agent started that was not running before.
     there: Vec<u32>,
     joined_us: Option<i64>,
     /// Delay between the time step and the last commit, s.
-    pub(crate) lag_s: Mean,
-    pub(crate) lag_max_s: Option<f64>,
+    lag_s: Mean,
+    lag_max_s: Option<f64>,
     /// Time steps of agents in which retransmissions wait for their budget.
-    pub(crate) retransmission_limited: Mean,
+    retransmission_limited: Mean,
     /// Bytes sent by each UAV, over all time steps.
     sent_bytes: BTreeMap<u32, u64>,
     steps: u64,
     uavs: usize,
-    /// Fraction of existing targets that are covered by two groups with assigned UAVs at the same time.
-    pub(crate) duplicate_coverage: Mean,
-    /// Targets, and the group of the UAV that covers each; reused buffer.
-    served: Vec<(u32, u64)>,
 }
 
-impl Agreement {
-    /// Adds the next frame.
-    pub(crate) fn frame(&mut self, frame: &Frame) {
-        let Frame { time_us, agents, .. } = frame;
+impl Family for Agreement {
+    const SECTION: &'static str = "Communication";
+    const SET: MetricSet = MetricSet::Agents;
+    const METRICS: &'static [Metric<Self>] = &[
+        metric(
+            "assignment_disagreement_fraction",
+            "time with disagreement about assignments",
+            LARGE,
+            0.01,
+            NOTHING,
+            |of, _| of.differ.value(),
+        ),
+        metric("reconvergence_time_s", "time to agree after the last fault", LARGE, 1.0, NOTHING, |of, run| {
+            of.delay_s(run.config.faults_end_s)
+        }),
+        metric("commit_lag_s", "commit lag, mean", LARGE, 1.0, NOTHING, |of, _| of.lag_s.value()),
+        metric("commit_lag_max_s", "commit lag, maximum", LARGE, 1.0, NOTHING, |of, _| of.lag_max_s),
+        metric("sent_bytes_per_s", "data rate sent per UAV, mean", LARGE, 50.0, NOTHING, |of, run| {
+            of.bytes_per_s(run.config.period_s)[0]
+        }),
+        metric("sent_bytes_per_s_max", "data rate sent per UAV, maximum", LARGE, 50.0, NOTHING, |of, run| {
+            of.bytes_per_s(run.config.period_s)[1]
+        }),
+        metric(
+            "retransmission_limited_fraction",
+            "agent time with limited retransmission",
+            LARGE,
+            0.01,
+            NOTHING,
+            |of, _| of.retransmission_limited.value(),
+        ),
+    ];
+
+    fn add(&mut self, step: &Step<'_>) {
+        let (time_us, agents) = (step.frame.time_us, &step.frame.agents);
         self.steps += 1;
-        self.uavs = self.uavs.max(frame.uavs.len());
-        self.last_us = *time_us;
+        self.uavs = self.uavs.max(step.frame.uavs.len());
+        self.last_us = time_us;
         let is_new = |row: &AgentRow| self.there.binary_search(&row.agent).is_err();
         if self.steps > 1 && agents.all.iter().any(is_new) {
-            self.joined_us = Some(*time_us);
+            self.joined_us = Some(time_us);
         }
         self.there.clear();
         self.there.extend(agents.all.iter().map(|row| row.agent));
-        if agents.all.is_empty() {
-            return;
-        }
         if agents.all.len() > 1 {
             let differ = assignments_differ(agents);
             self.differ.add(f64::from(differ));
-            self.last_differing_us = if differ { Some(*time_us) } else { self.last_differing_us };
+            self.last_differing_us = if differ { Some(time_us) } else { self.last_differing_us };
         }
         for AgentRow { agent, committed_us, sent_bytes, retransmission_limited, .. } in &agents.all {
             if let Some(is_limited) = retransmission_limited {
@@ -63,35 +89,14 @@ impl Agreement {
                 self.lag_max_s = Some(self.lag_max_s.map_or(lag_s, |most_s| most_s.max(lag_s)));
             }
         }
-        self.count_duplicate_coverage(frame);
     }
+}
 
-    /// A UAV covers a target if it believes that the target is in its own group, because it flies the orbit of that
-    /// group.
-    fn count_duplicate_coverage(&mut self, frame: &Frame) {
-        let agents = &frame.agents;
-        self.served.clear();
-        let mut matching = Matching::default();
-        for AgentRow { agent, .. } in &agents.all {
-            let assignment = agents.teammate(*agent, *agent).and_then(|own| own.group.zip(own.group_id));
-            let Some((group, id)) = assignment else { continue };
-            matching.fill(&frame.truth, agents.tracks_of(*agent).iter().map(|of| &of.row));
-            let members = matching.pairs().iter().filter(|pair| pair.track.group == Some(group));
-            self.served.extend(members.map(|pair| (pair.target.target, id)));
-        }
-        self.served.sort_unstable();
-        self.served.dedup();
-        for truth in &frame.truth {
-            let first = self.served.partition_point(|(target, _)| *target < truth.target);
-            let second = self.served.get(first + 1).filter(|(target, _)| *target == truth.target);
-            self.duplicate_coverage.add(f64::from(second.is_some()));
-        }
-    }
-
+impl Agreement {
     /// Time from the end of the last fault to the last time step after it with different assignments, s; 0 if there is
     /// no such time step. `None` if no fault has ended, neither a radio fault or restart (`faults_end_s`) nor a late
     /// start of a computer.
-    pub(crate) fn delay_s(&self, faults_end_s: Option<f64>) -> Option<f64> {
+    fn delay_s(&self, faults_end_s: Option<f64>) -> Option<f64> {
         let seconds = |time_us: i64| time_us as f64 / 1e6;
         let ended_s = faults_end_s.filter(|end_s| *end_s <= seconds(self.last_us));
         let end_s =
@@ -100,7 +105,7 @@ impl Agreement {
     }
 
     /// Mean data rate of the UAVs and the largest one, bytes/s.
-    pub(crate) fn bytes_per_s(&self, period_s: f64) -> [Option<f64>; 2] {
+    fn bytes_per_s(&self, period_s: f64) -> [Option<f64>; 2] {
         let flown_s = self.steps as f64 * period_s;
         let most = self.sent_bytes.values().max().map(|bytes| *bytes as f64 / flown_s);
         let all: u64 = self.sent_bytes.values().sum();
@@ -114,17 +119,19 @@ fn assignments_differ(agents: &PerAgentTables) -> bool {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
+    use crate::common::score_config;
+    use crate::metric::accumulated;
     use crate::row_fixtures::{track_row, truth_row, uav_row};
-    use standoff_record::{ByAgent, TeammateRow};
+    use standoff_record::{ByAgent, Frame, TeammateRow};
 
     /// An agent: its id, the groups of two UAVs, and the groups of two targets.
-    type AgentAssignments = (u32, [Option<u64>; 2], [Option<u64>; 2]);
-    type Agents = [AgentAssignments; 2];
+    pub(crate) type AgentAssignments = (u32, [Option<u64>; 2], [Option<u64>; 2]);
+    pub(crate) type Agents = [AgentAssignments; 2];
 
     /// Frame at this time. The group numbers of an agent are one less than the group ids.
-    fn frame(time_s: i64, agents: &[AgentAssignments]) -> Frame {
+    pub(crate) fn frame(time_s: i64, agents: &[AgentAssignments]) -> Frame {
         let mut frame = Frame { time_us: time_s * 1_000_000, ..Frame::default() };
         frame.uavs.extend((0..2).map(uav_row));
         frame.truth.extend((0..2).map(|target| truth_row(target, 0.0, 0.0)));
@@ -148,15 +155,14 @@ mod tests {
         frame
     }
 
-    fn after(frames: impl IntoIterator<Item = Frame>) -> Agreement {
-        let mut agreement = Agreement::default();
-        frames.into_iter().for_each(|frame| agreement.frame(&frame));
-        agreement
-    }
-
-    const ALIKE: Agents = [(0, [Some(1), Some(2)], [Some(1), Some(2)]), (1, [Some(1), Some(2)], [Some(1), Some(2)])];
+    pub(crate) const ALIKE: Agents =
+        [(0, [Some(1), Some(2)], [Some(1), Some(2)]), (1, [Some(1), Some(2)], [Some(1), Some(2)])];
     /// Each agent believes that the other UAV has no assignment.
-    const APART: Agents = [(0, [Some(1), None], [Some(1), None]), (1, [None, Some(2)], [None, Some(2)])];
+    pub(crate) const APART: Agents = [(0, [Some(1), None], [Some(1), None]), (1, [None, Some(2)], [None, Some(2)])];
+
+    fn after(frames: impl IntoIterator<Item = Frame>) -> Agreement {
+        accumulated(&score_config(), frames)
+    }
 
     /// Four time steps with two agents, which disagree in two of them, and one with a single agent, which does not
     /// count.
@@ -199,21 +205,6 @@ mod tests {
             let delays = [None, Some(2.0), Some(4.0)].map(|end_s| agreement.delay_s(end_s));
             assert_eq!(delays, [Some(2.0), Some(2.0), Some(1.0)]);
         }
-    }
-
-    /// The second target is in the groups of both UAVs, each by its own estimate. The first target is in one group,
-    /// which both report.
-    #[test]
-    fn target_in_two_groups_with_uavs_is_doubly_covered() {
-        let share = |agents: Agents| after([frame(0, &agents)]).duplicate_coverage.value();
-        let twice = [(0, [Some(1), Some(2)], [Some(1), Some(1)]), (1, [Some(1), Some(2)], [Some(1), Some(2)])];
-        assert_eq!(share(twice), Some(0.5));
-        assert_eq!((share(ALIKE), share(APART)), (Some(0.0), Some(0.0)));
-        // Two UAVs in the same group, or one UAV without an assignment, are no double coverage.
-        let together = [(0, [Some(1), Some(1)], [Some(1), Some(1)]), (1, [Some(1), Some(1)], [Some(1), Some(1)])];
-        let idle = [(0, [Some(1), Some(2)], [Some(1), Some(1)]), (1, [Some(1), None], [Some(1), Some(2)])];
-        assert_eq!((share(together), share(idle)), (Some(0.0), Some(0.0)));
-        assert_eq!(after([frame(0, &[])]).duplicate_coverage.value(), None);
     }
 
     /// Two time steps without a commit, then a delay of two seconds, and once of five. The second of two UAVs has an
