@@ -75,7 +75,7 @@ impl Results {
         Ok(Self {
             summary: outcome.json().map_err(Failure::running)?,
             text: outcome.text(dir, OutcomeOptions { per_target: true, ..OutcomeOptions::default() }),
-            metrics: outcome.metrics,
+            metrics: outcome.metrics.clone(),
             targets: outcome.per_target.clone(),
         })
     }
