@@ -137,89 +137,7 @@ pub(super) fn geofence(zones: &[schema_types::Zone], problems: &mut Problems) ->
         return Geofence::default();
     }
     let before = problems.found.len();
-    let mut all = Vec::new();
-    for (place, zone) in zones.iter().enumerate() {
-        if zone.name.chars().any(char::is_control) || zone.name.chars().count() > CALLED_MAX {
-            problems.add(
-                format!("geofence.{place}.name"),
-                format!("must be one line of at most {CALLED_MAX} characters"),
-                None,
-            );
-        }
-        let circle = match (zone.x_m, zone.y_m, zone.radius_m) {
-            (None, None, None) => None,
-            (Some(x_m), Some(y_m), Some(radius_m)) if zone.vertices.is_empty() => Some(([x_m, y_m], radius_m)),
-            (Some(_), Some(_), Some(_)) => {
-                problems.add(format!("geofence.{place}"), "a zone has `vertices` or a circle; keep one", None);
-                continue;
-            }
-            _ => {
-                problems.add(format!("geofence.{place}"), "a circle needs `x_m`, `y_m` and `radius_m`", None);
-                continue;
-            }
-        };
-        if zone.vertices.is_empty() && circle.is_none() {
-            problems.add(
-                format!("geofence.{place}"),
-                "has no outline; give `vertices` = [[0, 0], [500, 0], [0, 500]], `x_m`, `y_m` and `radius_m` of a circle, \
-                 or a `file`",
-                None,
-            );
-            continue;
-        }
-        if let Some(vertex) = zone.vertices.iter().position(|point| point.len() != 2) {
-            problems.add(format!("geofence.{place}.vertices.{vertex}"), "must be [east, north], m", None);
-            continue;
-        }
-        let is_index = |part_of: f64| part_of.fract() == 0.0 && part_of < place as f64;
-        if let Some(part_of) = zone.part_of.filter(|part_of| !is_index(*part_of)) {
-            let what = "must be the index of an earlier zone, from 0";
-            problems.add(format!("geofence.{place}.part_of"), what, Some(part_of.into()));
-            continue;
-        }
-        let outline: Vec<Position> = match circle {
-            Some(([x_m, y_m], radius_m)) => {
-                standoff::ZoneKind::from(zone.kind).circle(Position::from_m(x_m, y_m), radius_m, CIRCLE_VERTICES)
-            }
-            None => zone.vertices.iter().map(|point| Position::from_m(point[0], point[1])).collect(),
-        };
-        let (altitude_min_m, altitude_max_m) = (zone.altitude_min_m, zone.altitude_max_m);
-        let altitudes_m = || altitude_min_m.into_iter().chain(altitude_max_m);
-        if altitudes_m().any(|altitude_m| !ZONE_ALTITUDE_M.contains(altitude_m)) {
-            // Reported already.
-            continue;
-        }
-        if let (Some(floor_m), Some(ceiling_m)) = (altitude_min_m, altitude_max_m)
-            && floor_m > ceiling_m
-        {
-            let what = format!("must not be below altitude_min_m = {floor_m}");
-            problems.add(format!("geofence.{place}.altitude_max_m"), what, Some(ceiling_m.into()));
-            continue;
-        }
-        let rings_m = vec![outline.iter().map(|at| [at.x_m(), at.y_m()]).collect()];
-        if zone.coordinates == Coordinates::Auto
-            && let Err(message) = check_metres(&rings_m)
-        {
-            problems.add(format!("geofence.{place}.vertices"), format!("{message}; {TRULY_SMALL}"), None);
-            continue;
-        }
-        if zone.coordinates == Coordinates::Degrees {
-            let what = "`vertices`, `x_m` and `y_m` are metres; for degrees, use a `file`, or a circle with lat_deg and lon_deg";
-            problems.add(format!("geofence.{place}.coordinates"), what, None);
-            continue;
-        }
-        let (kind, part_of) = (zone.kind.into(), zone.part_of.map(|part_of| part_of as usize));
-        let zone = Zone { name: zone.name.clone(), kind, vertices: outline, altitude_min_m, altitude_max_m, part_of };
-        // Each zone is checked separately to locate its error.
-        if let Err(error) = Geofence::new(vec![Zone { part_of: None, ..zone.clone() }]) {
-            let key = match error.vertex {
-                Some(vertex) => format!("geofence.{place}.vertices.{vertex}"),
-                None => format!("geofence.{place}.vertices"),
-            };
-            problems.add(key, error.reason, None);
-        }
-        all.push(zone);
-    }
+    let all: Vec<Zone> = zones.iter().enumerate().filter_map(|(place, zone)| checked(place, zone, problems)).collect();
     if problems.found.len() > before {
         return Geofence::default();
     }
@@ -227,6 +145,107 @@ pub(super) fn geofence(zones: &[schema_types::Zone], problems: &mut Problems) ->
         problems.add("geofence", error.to_string(), None);
         Geofence::default()
     })
+}
+
+/// Returns a zone; `None` if it has problems.
+fn checked(place: usize, zone: &schema_types::Zone, problems: &mut Problems) -> Option<Zone> {
+    if zone.name.chars().any(char::is_control) || zone.name.chars().count() > CALLED_MAX {
+        problems.add(
+            format!("geofence.{place}.name"),
+            format!("must be one line of at most {CALLED_MAX} characters"),
+            None,
+        );
+    }
+    let vertices = outline(place, zone, problems)?;
+    let is_index = |part_of: f64| part_of.fract() == 0.0 && part_of < place as f64;
+    if let Some(part_of) = zone.part_of.filter(|part_of| !is_index(*part_of)) {
+        let what = "must be the index of an earlier zone, from 0";
+        problems.add(format!("geofence.{place}.part_of"), what, Some(part_of.into()));
+        return None;
+    }
+    let (altitude_min_m, altitude_max_m) = (zone.altitude_min_m, zone.altitude_max_m);
+    let altitudes_m = || altitude_min_m.into_iter().chain(altitude_max_m);
+    if altitudes_m().any(|altitude_m| !ZONE_ALTITUDE_M.contains(altitude_m)) {
+        // Reported already.
+        return None;
+    }
+    if let (Some(floor_m), Some(ceiling_m)) = (altitude_min_m, altitude_max_m)
+        && floor_m > ceiling_m
+    {
+        let what = format!("must not be below altitude_min_m = {floor_m}");
+        problems.add(format!("geofence.{place}.altitude_max_m"), what, Some(ceiling_m.into()));
+        return None;
+    }
+    check_coordinates(place, zone, &vertices, problems)?;
+    let (kind, part_of) = (zone.kind.into(), zone.part_of.map(|part_of| part_of as usize));
+    let zone = Zone { name: zone.name.clone(), kind, vertices, altitude_min_m, altitude_max_m, part_of };
+    // Each zone is checked separately to locate its error.
+    if let Err(error) = Geofence::new(vec![Zone { part_of: None, ..zone.clone() }]) {
+        let key = match error.vertex {
+            Some(vertex) => format!("geofence.{place}.vertices.{vertex}"),
+            None => format!("geofence.{place}.vertices"),
+        };
+        problems.add(key, error.reason, None);
+    }
+    Some(zone)
+}
+
+/// Returns the vertices of a zone; `None` if it has none or several outlines.
+fn outline(place: usize, zone: &schema_types::Zone, problems: &mut Problems) -> Option<Vec<Position>> {
+    let circle = match (zone.x_m, zone.y_m, zone.radius_m) {
+        (None, None, None) => None,
+        (Some(x_m), Some(y_m), Some(radius_m)) if zone.vertices.is_empty() => Some(([x_m, y_m], radius_m)),
+        (Some(_), Some(_), Some(_)) => {
+            problems.add(format!("geofence.{place}"), "a zone has `vertices` or a circle; keep one", None);
+            return None;
+        }
+        _ => {
+            problems.add(format!("geofence.{place}"), "a circle needs `x_m`, `y_m` and `radius_m`", None);
+            return None;
+        }
+    };
+    if zone.vertices.is_empty() && circle.is_none() {
+        problems.add(
+            format!("geofence.{place}"),
+            "has no outline; give `vertices` = [[0, 0], [500, 0], [0, 500]], `x_m`, `y_m` and `radius_m` of a circle, \
+             or a `file`",
+            None,
+        );
+        return None;
+    }
+    if let Some(vertex) = zone.vertices.iter().position(|point| point.len() != 2) {
+        problems.add(format!("geofence.{place}.vertices.{vertex}"), "must be [east, north], m", None);
+        return None;
+    }
+    Some(match circle {
+        Some(([x_m, y_m], radius_m)) => {
+            standoff::ZoneKind::from(zone.kind).circle(Position::from_m(x_m, y_m), radius_m, CIRCLE_VERTICES)
+        }
+        None => zone.vertices.iter().map(|point| Position::from_m(point[0], point[1])).collect(),
+    })
+}
+
+/// Checks that the coordinates of a zone are metres; `None` if not.
+fn check_coordinates(
+    place: usize,
+    zone: &schema_types::Zone,
+    vertices: &[Position],
+    problems: &mut Problems,
+) -> Option<()> {
+    let rings_m = vec![vertices.iter().map(|at| [at.x_m(), at.y_m()]).collect()];
+    if zone.coordinates == Coordinates::Auto
+        && let Err(message) = check_metres(&rings_m)
+    {
+        problems.add(format!("geofence.{place}.vertices"), format!("{message}; {TRULY_SMALL}"), None);
+        return None;
+    }
+    if zone.coordinates == Coordinates::Degrees {
+        let what =
+            "`vertices`, `x_m` and `y_m` are metres; for degrees, use a `file`, or a circle with lat_deg and lon_deg";
+        problems.add(format!("geofence.{place}.coordinates"), what, None);
+        return None;
+    }
+    Some(())
 }
 
 /// Checks that every UAV stays in the bands of the keep-in zones, because the agents do not limit altitudes to them.
