@@ -20,11 +20,14 @@ pub(super) fn value_in<'a>(value: &'a Value, key: &str) -> Option<&'a Value> {
     })
 }
 
-/// Returns the value of a dotted key of tables.
+/// Returns the value of a dotted key.
 pub(super) fn value_at_mut<'a>(table: &'a mut Table, key: &str) -> Option<&'a mut Value> {
     let mut parts = key.split('.');
     let first = table.get_mut(parts.next()?)?;
-    parts.try_fold(first, |here, part| here.get_mut(part))
+    parts.try_fold(first, |here, part| match here {
+        Value::Array(values) => values.get_mut(part.parse::<usize>().ok()?),
+        here => here.get_mut(part),
+    })
 }
 
 /// Removes the value of a dotted key of tables.

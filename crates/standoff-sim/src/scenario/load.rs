@@ -19,7 +19,7 @@ use super::error::{Excerpt, Problem, ScenarioError};
 use super::locate::{Map, line_around, position_of};
 use super::parameters::law_of;
 use super::parse::{Form, MISTAKES_MAX, Mistake};
-use super::sample;
+use super::sample::Sampler;
 use super::schema::root;
 use super::schema_types::{Dynamics, ScenarioFile};
 use super::text::{LENGTH_MAX, SPELT_OUT, check_size, text};
@@ -61,6 +61,8 @@ pub(super) struct Typed {
     pub(super) name: String,
     /// The scenario without the parts that are wrong in form. Its numbers may be distributions.
     pub(super) table: Table,
+    /// Draws the scenario in `table`.
+    sampler: Sampler,
     /// The scenario of some seed, for everything in it that is not drawn.
     pub(super) file: ScenarioFile,
     /// Problems in the form of the scenario and of the command line's changes.
@@ -160,10 +162,21 @@ impl Typed {
         if !is_form_known {
             return Err(problems.into());
         }
-        let (file, notes) = (ScenarioFile::default(), Vec::new());
+        let (sampler, file, notes) = (Sampler::new(&table), ScenarioFile::default(), Vec::new());
         let (left_out, overrides) = (form.left_out, overrides.clone());
-        let mut typed =
-            Self { name, table, file, problems, notes, left_out, is_text_broken, origin, overrides, files_from };
+        let mut typed = Self {
+            name,
+            table,
+            sampler,
+            file,
+            problems,
+            notes,
+            left_out,
+            is_text_broken,
+            origin,
+            overrides,
+            files_from,
+        };
         typed.complete()?;
         Ok(typed)
     }
@@ -192,6 +205,7 @@ impl Typed {
     /// Sets a key to a value of the right form.
     pub(super) fn set(&mut self, key: &str, value: Value) -> Result<(), ScenarioError> {
         set(&mut self.table, key, value).map_err(|message| ScenarioError::one(&self.origin.label, None, message))?;
+        self.sampler = Sampler::new(&self.table);
         (self.file, _) = self.drawn(Draws::new(0))?;
         Ok(())
     }
@@ -199,7 +213,7 @@ impl Typed {
     /// Draws every number for a seed. Also returns the numbers that are out of range.
     pub(super) fn drawn(&self, draws: Draws) -> Result<(ScenarioFile, Problems), ScenarioError> {
         let refused = |error: toml::de::Error| ScenarioError::one(&self.origin.label, None, printable(error.message()));
-        sample::drawn(&self.table, draws).map_err(refused)
+        self.sampler.drawn(draws).map_err(refused)
     }
 
     /// Returns whether the number at a key is drawn.

@@ -6,19 +6,76 @@ use standoff::validation::Allowed;
 use toml::{Table, Value};
 
 use super::diagnostics::Problems;
+use super::dotted::value_at_mut;
 use super::number::Number;
 use super::parameters;
 use super::schema::{Node, root};
-use super::schema_types::{KeyRange, ScenarioFile};
+use super::schema_types::{KeyRange, Parameters, ScenarioFile};
 use crate::random::{Draws, Stream};
 
-/// Draws a scenario whose form is right. Also returns the numbers that are out of range.
-pub(super) fn drawn(typed: &Table, draws: Draws) -> Result<(ScenarioFile, Problems), toml::de::Error> {
-    let (mut table, mut drawing) = (typed.clone(), Drawing { draws, problems: Problems::default() });
-    drawing.table(root(), &"", &mut table);
-    let parameters = parameters::take(&mut table);
-    let file: ScenarioFile = table.try_into()?;
-    Ok((ScenarioFile { parameters, ..file }, drawing.problems))
+/// Key of a number, and its range.
+type Key = (String, Option<&'static KeyRange>);
+
+/// A scenario whose form is right, prepared so that drawing it costs little.
+#[derive(Debug, Clone)]
+pub(super) struct Sampler {
+    /// The scenario; without parameters, if none is drawn.
+    table: Table,
+    /// Parameters, if none is drawn.
+    parameters: Option<Parameters>,
+    /// Keys of all numbers that are drawn or out of range, with their ranges. All others stay as they are.
+    keys: Vec<Key>,
+}
+
+impl Sampler {
+    pub(super) fn new(typed: &Table) -> Self {
+        let (mut table, mut keys) = (typed.clone(), Vec::new());
+        add_keys_of_table(root(), "", typed, &mut keys);
+        let is_parameter = |(key, _): &Key| parameters::declared().any(|param| param.key == key);
+        let parameters = (!keys.iter().any(is_parameter)).then(|| parameters::take(&mut table));
+        Self { table, parameters, keys }
+    }
+
+    /// Draws the scenario. Also returns the numbers that are out of range.
+    pub(super) fn drawn(&self, draws: Draws) -> Result<(ScenarioFile, Problems), toml::de::Error> {
+        let (mut table, mut drawing) = (self.table.clone(), Drawing { draws, problems: Problems::default() });
+        for (key, range) in &self.keys {
+            if let Some(value) = value_at_mut(&mut table, key) {
+                drawing.number(*range, key, value);
+            }
+        }
+        let parameters = self.parameters.clone().unwrap_or_else(|| parameters::take(&mut table));
+        let file: ScenarioFile = table.try_into()?;
+        Ok((ScenarioFile { parameters, ..file }, drawing.problems))
+    }
+}
+
+fn add_keys_of_table(node: Node<'static>, at: &str, table: &Table, keys: &mut Vec<Key>) {
+    for (name, value) in table {
+        if let Some(inner) = node.key(name) {
+            add_keys(inner, node.range(name), format!("{at}{name}"), value, keys);
+        }
+    }
+}
+
+fn add_keys(node: Node<'static>, range: Option<&'static KeyRange>, key: String, value: &Value, keys: &mut Vec<Key>) {
+    match value {
+        _ if node.is_number() => {
+            let allowed = range.map_or(Allowed::FINITE, |range| range.allowed);
+            let is_settled = |number: &Number| matches!(number, Number::Constant(value) if allowed.contains(*value));
+            if Number::read(value).is_ok_and(|number| !is_settled(&number)) {
+                keys.push((key, range));
+            }
+        }
+        Value::Table(table) => add_keys_of_table(node, &format!("{key}."), table, keys),
+        Value::Array(values) => {
+            let Some(element) = node.element() else { return };
+            for (index, value) in values.iter().enumerate() {
+                add_keys(element, None, format!("{key}.{index}"), value, keys);
+            }
+        }
+        _ => {}
+    }
 }
 
 /// State of drawing the numbers of a seed, with the problems found.
@@ -28,38 +85,9 @@ struct Drawing {
 }
 
 impl Drawing {
-    /// Draws the numbers of a table; `at` is the prefix of its keys, such as `uavs.start.1.`.
-    fn table(&mut self, node: Node, at: &dyn Display, table: &mut Table) {
-        for (name, value) in table.iter_mut() {
-            if let Some(inner) = node.key(name) {
-                self.value(inner, node.range(name), &format_args!("{at}{name}"), value);
-            }
-        }
-    }
-
-    fn value(&mut self, node: Node, range: Option<&KeyRange>, key: &dyn Display, value: &mut Value) {
-        match value {
-            _ if node.is_number() => self.number(range, key, value),
-            Value::Table(table) => self.table(node, &format_args!("{key}."), table),
-            Value::Array(values) => {
-                let Some(element) = node.element() else { return };
-                for (index, value) in values.iter_mut().enumerate() {
-                    self.value(element, None, &format_args!("{key}.{index}"), value);
-                }
-            }
-            _ => {}
-        }
-    }
-
     fn number(&mut self, range: Option<&KeyRange>, key: &dyn Display, value: &mut Value) {
         let Ok(number) = Number::read(value) else { return };
         let (allowed, is_of_many) = range.map_or((Allowed::FINITE, false), |range| (range.allowed, range.is_of_many));
-        // Fast path: most numbers are valid constants.
-        if let Number::Constant(value) = number
-            && allowed.contains(value)
-        {
-            return;
-        }
         let drawn = self::value(&number, key, self.draws, 0);
         let checked = if is_of_many { number } else { Number::Constant(drawn) };
         if let Some(what) = number.problem() {
