@@ -265,15 +265,12 @@ fn stopped_from(moving: &Estimate) -> Estimate {
     let Estimate { state: TargetState(mean), covariance } = moving;
     for row in [0, 3] {
         stopped.state.0[row] += after_s * mean[row + 1];
-        for column in [row, 3] {
-            if row == 3 && column == 3 {
-                continue;
-            }
-            let of_time = sd_s * sd_s * mean[row + 1] * mean[column + 1];
-            let of_velocity = after_s * after_s * covariance[(row + 1, column + 1)];
-            let of_both = after_s * (covariance[(row, column + 1)] + covariance[(row + 1, column)]);
-            stopped.covariance[(row, column)] += of_time + of_velocity + of_both;
-        }
+    }
+    for (row, column) in [(0, 0), (0, 3), (3, 3)] {
+        let of_time = sd_s * sd_s * mean[row + 1] * mean[column + 1];
+        let of_velocity = after_s * after_s * covariance[(row + 1, column + 1)];
+        let of_both = after_s * (covariance[(row, column + 1)] + covariance[(row + 1, column)]);
+        stopped.covariance[(row, column)] += of_time + of_velocity + of_both;
     }
     stopped
 }
@@ -292,7 +289,7 @@ fn started_from(stopped: &Estimate, acceleration_sd_m_s2: f64) -> Estimate {
 mod tests {
     use super::*;
     use crate::params::TeamParams;
-    use nalgebra::Vector6;
+    use nalgebra::{Matrix6, Vector6};
 
     fn transitions() -> MotionTransitions {
         let params = TeamParams::recommended().track;
@@ -353,6 +350,26 @@ mod tests {
         let matrices = [before, after].map(|of| of.covariance.matrix());
         assert!((before.state.0 - after.state.0).norm() < 1e-9 && (matrices[0] - matrices[1]).norm() < 1e-9);
         assert_eq!(StoredModes::default().restored(&before), MotionModes::moving(before));
+    }
+
+    /// East and north have the same model: exchanging them exchanges the results. The position of a target that stops is
+    /// uncertain along its way.
+    #[test]
+    fn a_target_stops_alike_in_each_direction() {
+        let mut upper = Covariance::from_diagonal([9.0, 4.0, 1.0, 16.0, 1.0, 1.0]).upper_triangle();
+        (upper[1], upper[3], upper[4], upper[8]) = (3.0, 2.0, 0.5, 0.25);
+        let covariance = Covariance::from_upper_triangle(&upper);
+        let exchanged =
+            |matrix: Matrix6<f64>| Matrix6::from_fn(|row, column| matrix[((row + 3) % 6, (column + 3) % 6)]);
+        let [east, north] = [covariance, Covariance::from(&exchanged(covariance.matrix()))];
+        let state = TargetState(Vector6::new(1.0, 8.0, 0.0, 2.0, -3.0, 0.0));
+        let turned = TargetState(Vector6::from_fn(|row, _| state.0[(row + 3) % 6]));
+        let [of_east, of_north] =
+            [(state, east), (turned, north)].map(|(state, covariance)| stopped_from(&Estimate { state, covariance }));
+        assert_eq!(exchanged(of_east.covariance.matrix()), of_north.covariance.matrix());
+        let [after_s, sd_s] = BRAKING_S;
+        let expected = 9.0 + sd_s * sd_s * 64.0 + after_s * after_s * 4.0 + 2.0 * after_s * 3.0;
+        assert!((of_north.covariance[(3, 3)] - expected).abs() < 1e-12, "{of_north:?}");
     }
 
     #[test]
