@@ -281,12 +281,9 @@ impl Agent {
         if let Some(now) = self.clock.now() {
             self.replica.update(now);
         }
-        let updater = &mut self.replica.history.updater;
-        let wind = self.pilot.believed_wind(updater.params.wind);
-        let own_zones = self.own_geofence.as_mut();
-        let safety = updater.geofence_safety(own_zones, observation.uav, &observation.own, wind);
-        let (history, rejected) = (&self.replica.history, self.replica.rejected());
-        self.pilot.decide(&history.updater, history.head(), safety.as_deref(), &self.intruders, observation, rejected)
+        let (rejected, own_zones) = (self.replica.rejected(), self.own_geofence.as_mut());
+        let team = self.replica.history.updater_and_head();
+        self.pilot.decide(team, own_zones, &self.intruders, observation, rejected)
     }
 
     fn is_of_now(&self, observation: &Observation) -> bool {

@@ -5,7 +5,7 @@ use crate::intruders::Intruders;
 use crate::message::Manoeuvre;
 use crate::output::{AgentOutput, Observation, Rejected};
 use crate::params::WindParams;
-use crate::safety::zones::GeofenceSafety;
+use crate::safety::team_geofence::TeamGeofence;
 use crate::state_update::TeamStateUpdater;
 use crate::team_state::TeamState;
 use crate::wind::{AirVelocity, Wind, WindEstimate};
@@ -29,25 +29,25 @@ impl Pilot {
         self.wind = WindEstimate::updated(self.wind, params, observation.time, measured);
     }
 
-    /// Wind that the UAV assumes.
-    pub(crate) fn believed_wind(&self, params: Option<WindParams>) -> Option<Wind> {
-        params.and_then(|params| params.believed(self.wind.as_ref()))
-    }
-
-    /// Returns the command of the observed UAV.
+    /// Returns the command of the observed UAV. `own_zones` replace those of the team.
     pub(crate) fn decide(
         &mut self,
-        updater: &TeamStateUpdater,
-        team_state: &TeamState,
-        geofence_safety: Option<&GeofenceSafety>,
+        (updater, team_state): (&mut TeamStateUpdater, &TeamState),
+        own_zones: Option<&mut TeamGeofence>,
         intruders: &Intruders,
         observation: &Observation,
         rejected: Rejected,
     ) -> AgentOutput {
-        let params = &updater.params;
-        let wind = self.believed_wind(params.wind);
-        let fallbacks = updater.fallbacks.as_ref();
-        let law = CommandLaw { params, team_state, geofence_safety, intruders, fallbacks, wind };
+        let wind = updater.params.wind.and_then(|params| params.believed(self.wind.as_ref()));
+        let safety = updater.geofence_safety(own_zones, observation.uav, &observation.own, wind);
+        let law = CommandLaw {
+            params: &updater.params,
+            team_state,
+            geofence_safety: safety.as_deref(),
+            intruders,
+            fallbacks: updater.fallbacks.as_ref(),
+            wind,
+        };
         let (output, decision) = law.decide(observation, rejected, &self.last_decision);
         self.last_decision = decision;
         output

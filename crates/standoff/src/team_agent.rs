@@ -161,10 +161,8 @@ impl TeamAgent {
         self.catch_up();
         let team_state = if self.has_team_state() { &self.team_state } else { &self.previous };
         let pilot = self.pilots.entry(observation.uav).or_default();
-        let wind = pilot.believed_wind(self.updater.params.wind);
-        let safety = self.updater.geofence_safety(None, observation.uav, &observation.own, wind);
         let rejected = self.refused.with(&self.team_state);
-        pilot.decide(&self.updater, team_state, safety.as_deref(), &self.intruders, observation, rejected)
+        pilot.decide((&mut self.updater, team_state), None, &self.intruders, observation, rejected)
     }
 
     /// Clears the team state and all received messages; the counters of rejected messages keep their values.

@@ -110,7 +110,13 @@ impl TeamStateHistory {
 
     /// Team state that decisions use.
     pub(crate) fn head(&self) -> &TeamState {
-        if self.is_lagged { &self.lagged_state[0] } else { self.newest() }
+        head_of(&self.states, &self.lagged_state, self.is_lagged)
+    }
+
+    /// The updater, and the team state that decisions use.
+    pub(crate) fn updater_and_head(&mut self) -> (&mut TeamStateUpdater, &TeamState) {
+        let Self { updater, states, lagged_state, is_lagged, .. } = self;
+        (updater, head_of(states, lagged_state, *is_lagged))
     }
 
     /// Newest stored state that is committed.
@@ -249,4 +255,13 @@ impl TeamStateHistory {
             core::mem::swap(first, second);
         }
     }
+}
+
+/// Team state that decisions use: the lagged one or the newest.
+fn head_of<'a>(
+    states: &'a VecDeque<(i64, Box<TeamState>)>,
+    lagged_state: &'a [TeamState; 2],
+    is_lagged: bool,
+) -> &'a TeamState {
+    if is_lagged { &lagged_state[0] } else { &states[states.len() - 1].1 }
 }
