@@ -29,6 +29,11 @@ pub(super) struct Candidate {
 }
 
 impl Candidate {
+    /// A tentative track that is not detected yet.
+    pub(super) fn new(id: TrackId, modes: MotionModes, existence: f64, started: Time) -> Self {
+        Self { id, modes, existence, detected_count: 0, row: None, started, detected: 0.0, is_in_view: false }
+    }
+
     /// Replaces the estimate by the moments over all associations with the detections of one scan. The hits of the
     /// first edge start at `first`, those of each edge end at its element of `ends`.
     pub(super) fn update(

@@ -67,16 +67,8 @@ mod tests {
         let mut mean = Vector6::zeros();
         mean[0] = x_m;
         let covariance = Covariance::from_diagonal([25.0, 1.0, 0.1, 25.0, 1.0, 0.1]);
-        Candidate {
-            id: TrackId(row as u64),
-            modes: MotionModes::moving(Estimate { state: TargetState(mean), covariance }),
-            existence,
-            detected_count: 0,
-            row: Some(row),
-            started: Time::EPOCH,
-            detected: 0.0,
-            is_in_view: true,
-        }
+        let modes = MotionModes::moving(Estimate { state: TargetState(mean), covariance });
+        Candidate { row: Some(row), ..Candidate::new(TrackId(row as u64), modes, existence, Time::EPOCH) }
     }
 
     fn existences_after(tracks: [(f64, f64); 3]) -> [f64; 3] {

@@ -130,14 +130,9 @@ impl JointUpdate {
             }
             tentative_count += 1;
             self.candidates.push(Candidate {
-                id,
-                modes: MotionModes::moving(estimate),
-                existence,
-                detected_count: 0,
-                row: None,
-                started: input.now,
                 detected: 1.0,
                 is_in_view: true,
+                ..Candidate::new(id, MotionModes::moving(estimate), existence, input.now)
             });
         }
     }

@@ -74,29 +74,15 @@ impl JointUpdate {
                 modes.predict(&transitions, can_stop);
             }
             self.candidates.push(Candidate {
-                id: track.id,
-                modes,
-                existence: known.existence,
-                detected_count: known.detected_count,
                 row: Some(row),
-                started: input.now,
-                detected: 0.0,
-                is_in_view: false,
+                detected_count: known.detected_count,
+                ..Candidate::new(track.id, modes, known.existence, input.now)
             });
         }
         for tentative in &state.tentative {
             let mut modes = MotionModes::moving(tentative.estimate);
             modes.predict(&transitions, false);
-            self.candidates.push(Candidate {
-                id: tentative.id,
-                modes,
-                existence: tentative.existence,
-                detected_count: 0,
-                row: None,
-                started: tentative.started,
-                detected: 0.0,
-                is_in_view: false,
-            });
+            self.candidates.push(Candidate::new(tentative.id, modes, tentative.existence, tentative.started));
         }
     }
 
