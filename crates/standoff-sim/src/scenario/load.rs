@@ -199,12 +199,25 @@ impl Typed {
         if self.file.uavs.dynamics == Dynamics::Bank && !is_set("uavs.bank") {
             implied.push(("uavs.bank", Table::new().into()));
         }
-        implied.into_iter().try_for_each(|(key, value)| self.set(key, value))
+        if implied.is_empty() {
+            return Ok(());
+        }
+        implied.into_iter().try_for_each(|(key, value)| self.insert(key, value))?;
+        self.read()
     }
 
     /// Sets a key to a value of the right form.
     pub(super) fn set(&mut self, key: &str, value: Value) -> Result<(), ScenarioError> {
-        set(&mut self.table, key, value).map_err(|message| ScenarioError::one(&self.origin.label, None, message))?;
+        self.insert(key, value)?;
+        self.read()
+    }
+
+    fn insert(&mut self, key: &str, value: Value) -> Result<(), ScenarioError> {
+        set(&mut self.table, key, value).map_err(|message| ScenarioError::one(&self.origin.label, None, message))
+    }
+
+    /// Reads the tables again after a change.
+    fn read(&mut self) -> Result<(), ScenarioError> {
         self.sampler = Sampler::new(&self.table);
         (self.file, _) = self.drawn(Draws::new(0))?;
         Ok(())

@@ -13,8 +13,15 @@ use super::schema::{Node, root};
 use super::schema_types::{KeyRange, Parameters, ScenarioFile};
 use crate::random::{Draws, Stream};
 
-/// Key of a number, and its range.
-type Key = (String, Option<&'static KeyRange>);
+/// A number that is drawn or out of range.
+#[derive(Debug, Clone)]
+struct Sampled {
+    key: String,
+    number: Number,
+    allowed: Allowed,
+    /// True if the mission draws it many times.
+    is_of_many: bool,
+}
 
 /// A scenario whose form is right, prepared so that drawing it costs little.
 #[derive(Debug, Clone)]
@@ -23,85 +30,79 @@ pub(super) struct Sampler {
     table: Table,
     /// Parameters, if none is drawn.
     parameters: Option<Parameters>,
-    /// Keys of all numbers that are drawn or out of range, with their ranges. All others stay as they are.
-    keys: Vec<Key>,
+    /// All numbers that are drawn or out of range. All others stay as they are.
+    numbers: Vec<Sampled>,
 }
 
 impl Sampler {
     pub(super) fn new(typed: &Table) -> Self {
-        let (mut table, mut keys) = (typed.clone(), Vec::new());
-        add_keys_of_table(root(), "", typed, &mut keys);
-        let is_parameter = |(key, _): &Key| parameters::declared().any(|param| param.key == key);
-        let parameters = (!keys.iter().any(is_parameter)).then(|| parameters::take(&mut table));
-        Self { table, parameters, keys }
+        let (mut table, mut numbers) = (typed.clone(), Vec::new());
+        find_in_table(root(), "", typed, &mut numbers);
+        let is_parameter = |sampled: &Sampled| parameters::declared().any(|param| param.key == sampled.key);
+        let parameters = (!numbers.iter().any(is_parameter)).then(|| parameters::take(&mut table));
+        Self { table, parameters, numbers }
     }
 
     /// Draws the scenario. Also returns the numbers that are out of range.
     pub(super) fn drawn(&self, draws: Draws) -> Result<(ScenarioFile, Problems), toml::de::Error> {
-        let (mut table, mut drawing) = (self.table.clone(), Drawing { draws, problems: Problems::default() });
-        for (key, range) in &self.keys {
-            if let Some(value) = value_at_mut(&mut table, key) {
-                drawing.number(*range, key, value);
+        let (mut table, mut problems) = (self.table.clone(), Problems::default());
+        for sampled in &self.numbers {
+            let drawn = value(&sampled.number, &sampled.key, draws, 0);
+            sampled.check(drawn, &mut problems);
+            if let Some(value) = value_at_mut(&mut table, &sampled.key).filter(|_| !sampled.is_of_many) {
+                *value = Value::Float(drawn);
             }
         }
         let parameters = self.parameters.clone().unwrap_or_else(|| parameters::take(&mut table));
         let file: ScenarioFile = table.try_into()?;
-        Ok((ScenarioFile { parameters, ..file }, drawing.problems))
+        Ok((ScenarioFile { parameters, ..file }, problems))
     }
 }
 
-fn add_keys_of_table(node: Node<'static>, at: &str, table: &Table, keys: &mut Vec<Key>) {
-    for (name, value) in table {
-        if let Some(inner) = node.key(name) {
-            add_keys(inner, node.range(name), format!("{at}{name}"), value, keys);
-        }
-    }
-}
-
-fn add_keys(node: Node<'static>, range: Option<&'static KeyRange>, key: String, value: &Value, keys: &mut Vec<Key>) {
-    match value {
-        _ if node.is_number() => {
-            let allowed = range.map_or(Allowed::FINITE, |range| range.allowed);
-            let is_settled = |number: &Number| matches!(number, Number::Constant(value) if allowed.contains(*value));
-            if Number::read(value).is_ok_and(|number| !is_settled(&number)) {
-                keys.push((key, range));
-            }
-        }
-        Value::Table(table) => add_keys_of_table(node, &format!("{key}."), table, keys),
-        Value::Array(values) => {
-            let Some(element) = node.element() else { return };
-            for (index, value) in values.iter().enumerate() {
-                add_keys(element, None, format!("{key}.{index}"), value, keys);
-            }
-        }
-        _ => {}
-    }
-}
-
-/// State of drawing the numbers of a seed, with the problems found.
-struct Drawing {
-    draws: Draws,
-    problems: Problems,
-}
-
-impl Drawing {
-    fn number(&mut self, range: Option<&KeyRange>, key: &dyn Display, value: &mut Value) {
-        let Ok(number) = Number::read(value) else { return };
-        let (allowed, is_of_many) = range.map_or((Allowed::FINITE, false), |range| (range.allowed, range.is_of_many));
-        let drawn = self::value(&number, key, self.draws, 0);
-        let checked = if is_of_many { number } else { Number::Constant(drawn) };
+impl Sampled {
+    /// Adds a problem if the number itself is wrong, or its value out of range.
+    fn check(&self, drawn: f64, problems: &mut Problems) {
+        let Self { key, number, allowed, is_of_many } = self;
+        let checked = if *is_of_many { *number } else { Number::Constant(drawn) };
         if let Some(what) = number.problem() {
-            self.problems.add(key.to_string(), what, Some(number));
-        } else if allowed == Allowed::FINITE {
+            problems.add(key.clone(), what, Some(*number));
+        } else if *allowed == Allowed::FINITE {
             // The range is checked elsewhere.
         } else if let Some(outside) = checked.extremes().into_iter().find(|extreme| !allowed.contains(*extreme)) {
             let is_one = matches!(checked, Number::Constant(_));
             let which = if is_one { String::new() } else { format!("up to {outside}: ") };
-            self.problems.add(key.to_string(), format!("{which}must be {allowed}"), Some(checked));
+            problems.add(key.clone(), format!("{which}must be {allowed}"), Some(checked));
         }
-        if !is_of_many {
-            *value = Value::Float(drawn);
+    }
+}
+
+fn find_in_table(node: Node, at: &str, table: &Table, found: &mut Vec<Sampled>) {
+    for (name, value) in table {
+        if let Some(inner) = node.key(name) {
+            find(inner, node.range(name), format!("{at}{name}"), value, found);
         }
+    }
+}
+
+fn find(node: Node, range: Option<&KeyRange>, key: String, value: &Value, found: &mut Vec<Sampled>) {
+    match value {
+        _ if node.is_number() => {
+            let allowed = range.map_or(Allowed::FINITE, |range| range.allowed);
+            let is_of_many = range.is_some_and(|range| range.is_of_many);
+            match Number::read(value) {
+                Ok(Number::Constant(constant)) if allowed.contains(constant) => {}
+                Ok(number) => found.push(Sampled { key, number, allowed, is_of_many }),
+                Err(_) => {}
+            }
+        }
+        Value::Table(table) => find_in_table(node, &format!("{key}."), table, found),
+        Value::Array(values) => {
+            let Some(element) = node.element() else { return };
+            for (index, value) in values.iter().enumerate() {
+                find(element, None, format!("{key}.{index}"), value, found);
+            }
+        }
+        _ => {}
     }
 }
 

@@ -21,7 +21,6 @@ use super::number::{Number, as_typed, lists_as_typed};
 use crate::traffic::{Coordinates, Persons};
 
 /// Range of the numbers at a key.
-#[derive(Debug)]
 pub(super) struct KeyRange {
     pub(super) key: &'static str,
     pub(super) allowed: Allowed,
