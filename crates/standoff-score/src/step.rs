@@ -31,7 +31,7 @@ pub(crate) struct Inputs {
 
 impl Inputs {
     /// Returns the inputs that either needs.
-    pub(crate) fn and(self, other: Self) -> Self {
+    pub(crate) fn or(self, other: Self) -> Self {
         Self {
             targets: self.targets || other.targets,
             errors: self.errors || other.errors,

@@ -29,7 +29,7 @@ impl TeamScorer {
             let is_selected = |index: &usize| choice.has(first + index);
             let selected: Vec<&str> = (0..all.len()).filter(is_selected).map(|index| all[index].name).collect();
             if !selected.is_empty() {
-                inputs = inputs.and(family.inputs_of(&selected));
+                inputs = inputs.or(family.inputs_of(&selected));
                 chosen.push((first, family));
             }
             first += all.len();
