@@ -160,6 +160,25 @@ fn one_lost_message_is_retransmitted_a_few_times() {
     assert!((2..=3).contains(&count), "{count}");
 }
 
+/// If messages are late and a teammate probably lacks the last report, its sender repeats it without an answer. Without
+/// latency, it waits for the answer.
+#[test]
+fn the_last_report_is_repeated_if_messages_are_late_and_a_teammate_probably_lacks_it() {
+    for (late_max, is_repeated) in [(4, true), (0, false)] {
+        let (mut team, mut radio) = (Team::new(8, 4), Radio::new(1));
+        (radio.loss, radio.late_max) = (0.2, late_max);
+        let mut repeated = 0;
+        for tick in 0..80 {
+            let TickMessages { sent, .. } = team.tick_over(tick, &mut radio);
+            let last = Time::EPOCH + Duration::from_us((tick - 1) * PERIOD.us());
+            let is_repetition = |(sender, message): &&(Option<usize>, Message)| matches!(message, Message::Report(report) if report.time == last && Some(report.uav.0 as usize) == *sender);
+            repeated += sent.iter().filter(|_| tick >= 40).filter(is_repetition).count() as u32;
+        }
+        let fraction = f64::from(repeated) / (40.0 * 8.0);
+        assert!(if is_repeated { fraction > 0.95 } else { fraction < 0.85 }, "{late_max}: {fraction}");
+    }
+}
+
 /// Reports and retransmissions together stay within the stated bandwidth, which a long report and the last retransmission
 /// of a time step may exceed until the next ones. What is missing waits, and the agent reports it.
 #[test]

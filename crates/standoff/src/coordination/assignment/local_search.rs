@@ -153,7 +153,7 @@ impl<'a> Search<'a> {
 /// otherwise at zero; on return, they are the final prices.
 ///
 /// This is a custom implementation: with the crate `pathfinding`, against which the tests check it, a whole assignment
-/// takes 1.4 times as long with 13 UAVs and 1.9 times with 100 (docs/developer/benchmarks.md).
+/// takes 1.4 times as long with 13 UAVs and 1.9 times with 100.
 pub(super) fn matching(worth: &[Vec<Score>], prices: &mut [Score]) -> Vec<usize> {
     let mut gains = vec![0; worth.len()];
     let mut row_of = vec![None; prices.len()];
