@@ -1,14 +1,56 @@
 //! Reads files of unknown origin: checks the type and the size of a file before any byte is read.
+//!
+//! A program without a file system, such as a page in a browser, [`give`]s files in memory instead.
 
+use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::fs::{self, File};
-use std::io::{self, Read};
-use std::path::Path;
+use std::io::{self, Cursor, Read};
+use std::path::{Path, PathBuf};
 
-/// Opens a file of at most `most` bytes for reading.
+use bytes::Bytes;
+
+thread_local! {
+    static GIVEN: RefCell<BTreeMap<PathBuf, Bytes>> = const { RefCell::new(BTreeMap::new()) };
+}
+
+/// Gives a file in memory: on this thread, [`open`] reads these bytes in place of a file on disk.
+pub fn give(path: &Path, bytes: Bytes) {
+    GIVEN.with_borrow_mut(|given| given.insert(path.to_owned(), bytes));
+}
+
+/// A file that is open for reading.
+#[derive(Debug)]
+pub enum Input {
+    /// A file on disk.
+    Disk(File),
+    /// A file in memory.
+    Given(Cursor<Bytes>),
+}
+
+impl Read for Input {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        match self {
+            Self::Disk(file) => file.read(buffer),
+            Self::Given(bytes) => bytes.read(buffer),
+        }
+    }
+}
+
+/// Opens a file of at most `most` bytes for reading. The restrictions are those of [`open_file`].
+pub fn open(path: &Path, most: u64) -> io::Result<Input> {
+    match GIVEN.with_borrow(|given| given.get(path).cloned()) {
+        Some(bytes) if bytes.len() as u64 > most => Err(too_large(bytes.len() as u64, most)),
+        Some(bytes) => Ok(Input::Given(Cursor::new(bytes))),
+        None => open_file(path, most).map(Input::Disk),
+    }
+}
+
+/// Opens a file on disk of at most `most` bytes for reading.
 ///
 /// Folders, pipes (reading would wait for a writer), devices (some never end) and files that are too large are rejected
 /// unread.
-pub fn open(path: &Path, most: u64) -> io::Result<File> {
+pub fn open_file(path: &Path, most: u64) -> io::Result<File> {
     let found = fs::metadata(path)?;
     if !found.is_file() {
         let pipe = "it is a pipe or a device, not a file; write its contents to a file";
@@ -89,6 +131,15 @@ pub fn cannot_be_read(reason: &io::Error) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn files_in_memory_take_the_place_of_files_on_disk() {
+        let path = Path::new("not/on/disk.csv");
+        assert_eq!(text(path, 5).unwrap_err().kind(), io::ErrorKind::NotFound);
+        give(path, Bytes::from_static(b"t,id"));
+        assert_eq!(text(path, 4).unwrap(), "t,id");
+        assert!(text(path, 3).unwrap_err().to_string().contains("3 bytes"));
+    }
 
     #[test]
     fn oversized_files_are_rejected_with_both_sizes() {

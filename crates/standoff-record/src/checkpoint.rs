@@ -88,7 +88,7 @@ impl Checkpoint {
         let path = dir.join(CHECKPOINT);
         // Read and kept open as the same file: a run in progress may replace it meanwhile.
         let unreadable = |reason| RecordError::read(&path, reason);
-        let mut file = bounded_input::open(&path, MAX_BYTES).map_err(unreadable)?;
+        let mut file = bounded_input::open_file(&path, MAX_BYTES).map_err(unreadable)?;
         let mut bytes = Vec::new();
         file.read_to_end(&mut bytes).map_err(unreadable)?;
         let broken = || RecordError::damaged(&path, "its checksum is wrong");

@@ -67,6 +67,7 @@ pub(crate) const SCRIPT: &str = concat!(
     include_str!("../page/controls.js"),
     include_str!("../page/print.js"),
     include_str!("../page/replay.js"),
+    include_str!("../page/flight.js"),
     include_str!("../page/batch-plots.js"),
     include_str!("../page/batch.js"),
     include_str!("../page/main.js"),
@@ -88,6 +89,9 @@ pub(crate) const STYLE: &str = include_str!("../page/style.css");
 pub(crate) const REPLAY: &str = include_str!("../page/replay.html");
 pub(crate) const BATCH: &str = include_str!("../page/batch.html");
 const SWEEP: &str = include_str!("../page/sweep.html");
+/// Controls of the page that flies missions, and the script of its worker.
+const FLIGHT: &str = include_str!("../page/flight.html");
+const FLIGHT_WORKER: &str = include_str!("../page/flight-worker.js");
 /// Chart script (plotly.js), gzipped. A constant could be in the program twice.
 pub(crate) static CHARTS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/plotly.js.gz"));
 
@@ -97,6 +101,10 @@ const START: &str = include_str!("../page/boot.js");
 /// Content security policy of a report: only its own contents may run, and nothing is fetched.
 const REPORT_POLICY: &str = "default-src 'none'; script-src 'unsafe-inline' blob:; style-src 'unsafe-inline'; \
                              img-src data: blob:; base-uri 'none'; form-action 'none'";
+
+/// Content security policy of the page that flies missions: also its worker may run, and WebAssembly.
+const FLIGHT_POLICY: &str = "default-src 'none'; script-src 'unsafe-inline' 'wasm-unsafe-eval' blob:; worker-src blob:; \
+                             style-src 'unsafe-inline'; img-src data: blob:; base-uri 'none'; form-action 'none'";
 
 /// Makes the replay page of a run as one file that opens from disk without a network.
 ///
@@ -126,7 +134,7 @@ const REPORT_POLICY: &str = "default-src 'none'; script-src 'unsafe-inline' blob
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn report(head: &Head, parts: &[Part]) -> serde_json::Result<String> {
-    let mut page = begin(REPLAY);
+    let mut page = begin(REPLAY, REPORT_POLICY);
     put(&mut page, "head", &gzip(head.json()?.as_bytes()));
     for (number, part) in parts.iter().enumerate() {
         put(&mut page, &format!("overview-{number}"), &part.overview);
@@ -141,25 +149,36 @@ pub fn report(head: &Head, parts: &[Part]) -> serde_json::Result<String> {
     Ok(end(page, SCRIPT))
 }
 
+/// Makes the page that flies missions, as one file that opens from disk without a network. `engine` is the library
+/// `standoff-web` compiled to WebAssembly, `glue` the script that wasm-bindgen makes for it, without modules, and
+/// `scenarios` the names of the built-in scenarios.
+pub fn flight_page(engine: &[u8], glue: &str, scenarios: &[&str]) -> String {
+    let mut page = begin(&format!("{FLIGHT}{REPLAY}"), FLIGHT_POLICY);
+    put(&mut page, "engine", &gzip(engine));
+    put(&mut page, "worker", &gzip(format!("{glue}\n{FLIGHT_WORKER}").as_bytes()));
+    put(&mut page, "scenarios", &gzip(scenarios.join("\n").as_bytes()));
+    end(page, SCRIPT)
+}
+
 /// Makes the page of Monte Carlo results as one file that opens from disk without a network.
 pub fn batch_report(batch: &Batch) -> serde_json::Result<String> {
-    let mut page = begin(BATCH);
+    let mut page = begin(BATCH, REPORT_POLICY);
     put(&mut page, "batch", &gzip(batch.json()?.as_bytes()));
     Ok(end(page, SCRIPT))
 }
 
 /// Makes the page of a sweep as one file that opens from disk without a network.
 pub fn sweep_report(sweep: &SweepPage) -> serde_json::Result<String> {
-    let mut page = begin(SWEEP);
+    let mut page = begin(SWEEP, REPORT_POLICY);
     put(&mut page, "sweep", &gzip(serde_json::to_string(sweep)?.as_bytes()));
     Ok(end(page, SWEEP_SCRIPT))
 }
 
 /// Start of a report file, up to its data.
-fn begin(body: &str) -> String {
+fn begin(body: &str, policy: &str) -> String {
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta http-equiv=\"Content-Security-Policy\" content=\"{REPORT_POLICY}\">\n\
+         <meta http-equiv=\"Content-Security-Policy\" content=\"{policy}\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
          <title>standoff</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n{body}"
     )
@@ -215,7 +234,7 @@ mod tests {
     #[test]
     fn the_page_text_contains_no_script_end_tag() {
         assert!(!START.contains("</script"));
-        assert!([REPLAY, BATCH, SWEEP].iter().all(|body| !body.contains("<script")));
+        assert!([REPLAY, BATCH, SWEEP, FLIGHT].iter().all(|body| !body.contains("<script")));
         for script in [SCRIPT, SWEEP_SCRIPT] {
             assert!(!script.contains("innerHTML") && !script.contains("document.write") && !script.contains("eval("));
         }

@@ -1,0 +1,38 @@
+// Worker of the page that flies missions. It answers the calls of `FlightSource` and announces progress; the functions of
+// WebAssembly come from `standoff-web`.
+
+/** Time between two announcements, during which the worker answers no call, ms. */
+const SLICE_MS = 40;
+
+let flight = null;
+
+/** Flies for one slice, announces the progress, and continues after the calls that wait. */
+function fly(steps) {
+  const begun_ms = performance.now();
+  const state = JSON.parse(flight.advance(steps));
+  const took_ms = performance.now() - begun_ms;
+  postMessage({ state });
+  if (!state.done) setTimeout(() => fly(Math.min(1000, Math.max(1, Math.round((steps * SLICE_MS) / Math.max(took_ms, 1))))));
+}
+
+const calls = {
+  async begin(engine, files, request) {
+    await wasm_bindgen({ module_or_path: engine });
+    for (const [name, bytes] of files) wasm_bindgen.giveFile(name, bytes);
+    flight = new wasm_bindgen.Flight(request);
+    setTimeout(() => fly(4));
+    return [flight.head(), flight.warnings()];
+  },
+  map: () => flight.map(),
+  head: () => flight.head(),
+  metrics: () => flight.metrics(),
+  block: (kind, part) => flight.block(kind, part),
+};
+
+onmessage = async ({ data: { id, call, values } }) => {
+  try {
+    postMessage({ id, value: await calls[call](...values) });
+  } catch (error) {
+    postMessage({ id, error: String(error?.message ?? error) });
+  }
+};

@@ -1,0 +1,221 @@
+// The page that flies missions: its controls, and the data of a mission that a worker flies.
+
+/** Settings with a control of their own: scenario key, label, unit, and range. An empty field keeps the value of the scenario. */
+const FLIGHT_SETTINGS = [
+  ["uavs.speed_m_s", "Speed", "m/s", 5, 200],
+  ["orbit.radius_min_m", "Radius, min.", "m", 20, 5000],
+  ["orbit.radius_max_m", "Radius, max.", "m", 20, 10000],
+  ["sensor.field_of_view_deg", "Field of view", "deg", 5, 360],
+  ["sensor.range_sd_m", "Range noise", "m", 0.1, 500],
+  ["sensor.bearing_sd_deg", "Bearing noise", "deg", 0.01, 30],
+  ["radio.packet_loss", "Packet loss", "0 to 1", 0, 0.9],
+  ["radio.latency_s", "Latency", "s", 0, 5],
+  ["wind.speed_m_s", "Wind", "m/s", 0, 60],
+];
+
+/** Names of map files; other files are traffic. */
+const MAP_NAME = /\.(net\.xml|geojson|json)(\.gz)?$/i;
+
+/** Files that the user has dropped on the page. They stay in the browser, so that the page can load again. */
+const droppedFiles = {
+  async store(mode) {
+    const opening = indexedDB.open("standoff", 1);
+    opening.onupgradeneeded = () => opening.result.createObjectStore("files");
+    return (await answerOf(opening)).transaction("files", mode).objectStore("files");
+  },
+
+  async put(file) {
+    const bytes = new Uint8Array(await file.arrayBuffer());
+    await answerOf((await this.store("readwrite")).put(bytes, file.name));
+  },
+
+  /** The bytes of a file; an error if this browser does not have it. */
+  async get(name) {
+    const bytes = await answerOf((await this.store("readonly")).get(name));
+    if (!bytes) throw new Error(`error: ${name}: this browser does not have the file; drop it on the page`);
+    return bytes;
+  },
+};
+
+/** The result of a request to the database of the browser. */
+function answerOf(request) {
+  return new Promise((resolve, reject) => {
+    request.onsuccess = () => resolve(request.result);
+    request.onerror = () => reject(request.error);
+  });
+}
+
+async function unpacked(gz) {
+  const stream = new Blob([gz]).stream().pipeThrough(new DecompressionStream("gzip"));
+  return new Uint8Array(await new Response(stream).arrayBuffer());
+}
+
+/** The data of a mission that a worker flies. */
+class FlightSource {
+  constructor() {
+    this.live = false;
+    this.waiting = new Map();
+    this.last = 0;
+    this.announce = null;
+    this.state = { sealed: 0, open: 0, done: false };
+  }
+
+  /** Starts the worker and the mission; the error is the message of the loader. */
+  async begin(request) {
+    const parts = Promise.all([unpackedPart("engine"), unpackedPart("worker")]);
+    const files = await Promise.all([...request.traffic, ...request.maps].map(async (name) => [name, await droppedFiles.get(name)]));
+    const [engine, script] = await parts;
+    this.worker = new Worker(URL.createObjectURL(new Blob([script], { type: "text/javascript" })));
+    this.worker.onmessage = ({ data }) => this.take(data);
+    [this.first, this.warnings] = await this.call("begin", engine, files, JSON.stringify(request));
+  }
+
+  take({ id, value, error, state }) {
+    if (state) {
+      this.state = state;
+      this.announce?.(state);
+      return;
+    }
+    const { resolve, reject } = this.waiting.get(id);
+    this.waiting.delete(id);
+    if (error === undefined) resolve(value);
+    else reject(new Error(error));
+  }
+
+  call(call, ...values) {
+    return new Promise((resolve, reject) => {
+      const id = ++this.last;
+      this.waiting.set(id, { resolve, reject });
+      this.worker.postMessage({ id, call, values });
+    });
+  }
+
+  async head() {
+    return JSON.parse(this.state.done ? await this.call("head") : this.first);
+  }
+
+  async map() {
+    return JSON.parse(new TextDecoder().decode(await unpacked(await this.call("map"))));
+  }
+
+  async block(kind, part) {
+    return new Block(await unpacked(await this.call("block", kind, part)));
+  }
+
+  follow(announce) {
+    this.announce = announce;
+    announce(this.state);
+  }
+
+  async charts() {
+    return new FileSource().charts();
+  }
+
+  stop() {
+    this.worker?.terminate();
+  }
+}
+
+/** The mission in the address of the page. */
+function requestOfAddress() {
+  const of = new URLSearchParams(location.search);
+  return {
+    scenario: of.get("scenario") ?? "improved/figure-9",
+    text: of.get("text"),
+    set: of.getAll("set"),
+    traffic: of.getAll("traffic"),
+    maps: of.getAll("map"),
+    uavs: of.has("uavs") ? Number(of.get("uavs")) : null,
+    seed: of.get("seed") ?? "1",
+  };
+}
+
+/** Writes a mission into the address, which loads the page again; `isCompared`: whether the unchanged scenario is shown, too. */
+function openRequest({ scenario, text, set, traffic, maps, uavs, seed }, isCompared) {
+  const to = new URLSearchParams({ scenario, seed });
+  if (text) to.set("text", text);
+  if (uavs) to.set("uavs", uavs);
+  for (const change of set) to.append("set", change);
+  for (const name of traffic) to.append("traffic", name);
+  for (const name of maps) to.append("map", name);
+  if (isCompared) to.set("compared", "1");
+  location.search = to;
+}
+
+/** Fills in the controls for a mission, and connects them. */
+function connectFlight(request, names) {
+  const scenario = element("flight-scenario");
+  scenario.replaceChildren(...names.map((name) => new Option(name, name, false, name === request.scenario)));
+  const seed = element("flight-seed");
+  seed.value = request.seed;
+  element("flight-uavs").value = request.uavs ?? "";
+  element("flight-files").textContent = [...request.traffic, ...request.maps].join(", ");
+  const isCompared = element("flight-compared");
+  isCompared.checked = isFlightCompared();
+  const values = new Map(request.set.map((change) => [change.slice(0, change.indexOf("=")), change.slice(change.indexOf("=") + 1)]));
+  const fields = FLIGHT_SETTINGS.map(([key, label, unit, min, max]) => {
+    const title = `${key}, ${min} to ${max} ${unit}; empty: as in the scenario`;
+    const field = Object.assign(document.createElement("input"), { type: "number", min, max, step: "any", title });
+    field.value = values.get(key) ?? "";
+    values.delete(key);
+    const frame = document.createElement("label");
+    frame.append(`${label} `, field, ` ${unit}`);
+    element("flight-settings").append(frame);
+    return [key, field];
+  });
+  element("flight-set").value = [...values].map(([key, value]) => `${key}=${value}`).join("\n");
+  element("flight-text").value = request.text ?? "";
+  const fly = (change) => {
+    const set = fields.filter(([, field]) => field.value !== "").map(([key, field]) => `${key}=${field.value}`);
+    set.push(...element("flight-set").value.split("\n").map((line) => line.trim()).filter(Boolean));
+    const text = element("flight-text").value.trim() || null;
+    const uavs = element("flight-uavs").value || null;
+    openRequest({ ...request, scenario: scenario.value, text, set, uavs, seed: seed.value.trim(), ...change }, isCompared.checked);
+  };
+  element("flight").addEventListener("submit", (event) => {
+    event.preventDefault();
+    fly();
+  });
+  scenario.addEventListener("change", () => fly({ text: null, traffic: [], maps: [] }));
+  for (const control of [element("flight-uavs"), isCompared, ...fields.map(([, field]) => field)]) control.addEventListener("change", () => fly());
+  connectDrop(async (files) => {
+    await Promise.all(files.map((file) => droppedFiles.put(file)));
+    const all = files.map(({ name }) => name);
+    const maps = all.filter((name) => MAP_NAME.test(name));
+    const traffic = all.filter((name) => !MAP_NAME.test(name));
+    if (traffic.length) fly({ scenario: "traffic/convoy", text: null, traffic, maps });
+    else fly({ maps });
+  });
+}
+
+/** Calls `given` with the files that are dropped on the page. */
+function connectDrop(given) {
+  window.addEventListener("dragover", (event) => event.preventDefault());
+  window.addEventListener("drop", (event) => {
+    event.preventDefault();
+    given([...event.dataTransfer.files]).catch((error) => (element("flight-error").textContent = `error: ${error.message}`));
+  });
+  element("flight-file").addEventListener("change", ({ target }) => given([...target.files]));
+}
+
+/** Whether the unchanged scenario is shown next to the changed one. */
+const isFlightCompared = () => new URLSearchParams(location.search).has("compared");
+
+/** Flies the mission in the address, and shows it while it is flown. */
+async function showFlight() {
+  const request = requestOfAddress();
+  const names = new TextDecoder().decode(await unpackedPart("scenarios")).split("\n");
+  connectFlight(request, names);
+  const requests = isFlightCompared() ? [request, { ...request, set: [], uavs: null }] : [request];
+  const sources = requests.map(() => new FlightSource());
+  element("flight-stop").addEventListener("click", () => sources.forEach((source) => source.stop()));
+  try {
+    await Promise.all(sources.map((source, index) => source.begin(requests[index])));
+  } catch (error) {
+    element("flight-error").textContent = error.message;
+    element("warning").textContent = "";
+    return;
+  }
+  element("flight-note").textContent = sources[0].warnings;
+  await showReplay(sources);
+}

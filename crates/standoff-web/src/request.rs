@@ -1,0 +1,72 @@
+//! What a page asks for: a scenario with changes, and a seed.
+
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+use standoff_app::Failure;
+use standoff_io::bounded_input;
+use standoff_sim::scenario::{BUILT_IN, Overrides, Scenario, ScenarioTemplate, built_in};
+use wasm_bindgen::prelude::wasm_bindgen;
+
+/// Mission that a page asks for.
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Request {
+    /// Name of a built-in scenario, or of the text.
+    pub scenario: String,
+    /// Text of a scenario file instead of a built-in one.
+    pub text: Option<String>,
+    /// Changes, `KEY=VALUE` each, as for `--set`.
+    pub set: Vec<String>,
+    /// Traffic files that replace the targets. They are given with [`give_file`].
+    pub traffic: Vec<PathBuf>,
+    /// Maps that replace those of the scenario, given likewise.
+    pub maps: Vec<PathBuf>,
+    /// Number of UAVs, with automatic starts.
+    pub uavs: Option<u32>,
+    /// Seed, as text because JavaScript numbers have only 53 bits.
+    pub seed: String,
+}
+
+impl Request {
+    /// Reads a request as JSON.
+    pub fn of_json(json: &str) -> Result<Self, String> {
+        serde_json::from_str(json).map_err(|error| format!("error: the request is wrong: {error}"))
+    }
+
+    /// Draws the scenario. The error is the message that the command would print.
+    pub fn scenario(&self) -> Result<Scenario, String> {
+        let seed = self
+            .seed
+            .parse()
+            .map_err(|_| format!("error: the seed {:?} must be a whole number from 0 to {}", self.seed, u64::MAX))?;
+        let Self { set, traffic, maps, uavs, .. } = self.clone();
+        let overrides = Overrides { set, traffic, uavs, maps };
+        let template = match &self.text {
+            Some(text) => ScenarioTemplate::of_toml(&self.scenario, text, &overrides, Path::new("")),
+            None => ScenarioTemplate::load(&self.scenario, &overrides),
+        };
+        let drawn = template.and_then(|template| template.draw(seed));
+        drawn.map_err(|error| Failure::Scenario(error).message(false).join("\n"))
+    }
+}
+
+/// Gives a file of the page: traffic and maps of this name are read from these bytes.
+#[wasm_bindgen(js_name = giveFile)]
+pub fn give_file(name: &str, bytes: Vec<u8>) {
+    bounded_input::give(Path::new(name), bytes.into());
+}
+
+/// Names of the built-in scenarios, one per line.
+#[must_use]
+#[wasm_bindgen(js_name = scenarioNames)]
+pub fn scenario_names() -> String {
+    BUILT_IN.iter().map(|scenario| scenario.name).collect::<Vec<_>>().join("\n")
+}
+
+/// Text of a built-in scenario; empty if there is none of this name.
+#[must_use]
+#[wasm_bindgen(js_name = scenarioText)]
+pub fn scenario_text(name: &str) -> String {
+    built_in(name).map(|scenario| scenario.text.to_owned()).unwrap_or_default()
+}
