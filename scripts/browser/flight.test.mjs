@@ -2,7 +2,8 @@
 
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
+import { createHash } from "node:crypto";
+import { mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, test } from "node:test";
@@ -34,34 +35,56 @@ async function flown(page) {
   await page.waitForFunction(() => document.querySelector("#panel-outcome td"), null, { timeout: TIMEOUT_MS });
 }
 
-/** The metrics of missions that workers fly one after the other, by scenario and seed. */
-function metricsOf(page, requests) {
+/** The metrics of missions, and the SHA-256 of the files of their records by name; workers fly one after the other. */
+function flownBy(page, requests) {
   return page.evaluate(async (requests) => {
     const [engine, script] = await Promise.all(["engine", "worker"].map(unpackedPart));
     const url = URL.createObjectURL(new Blob([script], { type: "text/javascript" }));
+    const sha256 = async (bytes) => [...new Uint8Array(await crypto.subtle.digest("SHA-256", bytes))].map((byte) => byte.toString(16).padStart(2, "0")).join("");
+    /** The files of a ZIP file without compression. */
+    const files = async (zip) => {
+      const view = new DataView(zip.buffer, zip.byteOffset);
+      const hashes = {};
+      for (let at = 0; view.getUint32(at, true) === 0x04034b50; ) {
+        const [size, name, extra] = [view.getUint32(at + 18, true), view.getUint16(at + 26, true), view.getUint16(at + 28, true)];
+        const begin = at + 30 + name + extra;
+        hashes[new TextDecoder().decode(zip.subarray(at + 30, at + 30 + name))] = await sha256(zip.slice(begin, begin + size));
+        at = begin + size;
+      }
+      return hashes;
+    };
     const all = [];
     for (const request of requests) {
       const worker = new Worker(url);
-      all.push(
-        await new Promise((resolve, reject) => {
-          worker.onmessage = ({ data: { id, value, error, state } }) => {
-            if (error) reject(new Error(`${request.scenario}: ${error}`));
-            else if (id === 2) resolve(value);
-            else if (state?.done) worker.postMessage({ id: 2, call: "metrics", values: [] });
+      const call = (id, call, ...values) =>
+        new Promise((resolve, reject) => {
+          const take = ({ data }) => {
+            if (data.id !== id && !(id === 0 && data.state?.done)) return;
+            worker.removeEventListener("message", take);
+            if (data.error) reject(new Error(`${request.scenario}: ${data.error}`));
+            else resolve(data.value);
           };
-          worker.postMessage({ id: 1, call: "begin", values: [engine, [], JSON.stringify(request)] });
-        }),
-      );
+          worker.addEventListener("message", take);
+          if (call) worker.postMessage({ id, call, values });
+        });
+      const ended = call(0);
+      const given = (request.files ?? []).map(([name, text]) => [name, new TextEncoder().encode(text)]);
+      await call(1, "begin", engine, given, JSON.stringify({ ...request, files: undefined, is_recorded: true }));
+      await ended;
+      all.push({ metrics: JSON.parse(await call(2, "metrics")), files: await files(await call(3, "record")) });
       worker.terminate();
     }
     return all;
   }, requests);
 }
 
-/** The metrics of a run of the command. */
-function nativeMetrics(...args) {
-  const text = execFileSync(STANDOFF, ["run", ...args, "--json", "--out", join(home, "run")], { encoding: "utf8", stdio: ["ignore", "pipe", "ignore"] });
-  return JSON.parse(text).metrics;
+/** The same of a run of the command. */
+function flownByCommand(...args) {
+  const run = join(home, "run");
+  const text = execFileSync(STANDOFF, ["run", ...args, "--json", "--out", run], { cwd: home, encoding: "utf8", stdio: ["ignore", "pipe", "ignore"] });
+  const names = readdirSync(run).filter((name) => /^run\.json$|^scenario\.toml$|\.parquet$/.test(name));
+  const sha256 = (name) => createHash("sha256").update(readFileSync(join(run, name))).digest("hex");
+  return { metrics: JSON.parse(text).metrics, files: Object.fromEntries(names.map((name) => [name, sha256(name)])) };
 }
 
 test("a mission flies as soon as the page is open", async () => {
@@ -71,15 +94,28 @@ test("a mission flies as soon as the page is open", async () => {
   });
 });
 
-test("every built-in scenario gives the metrics of the command to the last digit", async () => {
+test("every built-in scenario gives the metrics and the record of the command to the last bit", async () => {
   await opened({}, async (page) => {
     const names = await page.evaluate(async () => new TextDecoder().decode(await unpackedPart("scenarios")).split("\n"));
     assert.ok(names.length > 20);
     const requests = names.flatMap((scenario) => ["1", "7000000000000000001"].map((seed) => ({ scenario, seed })));
-    const all = await metricsOf(page, requests);
+    const all = await flownBy(page, requests);
     for (const [k, { scenario, seed }] of requests.entries()) {
-      assert.deepEqual(JSON.parse(all[k]), nativeMetrics(scenario, "--seed", seed), `${scenario}, seed ${seed}`);
+      assert.deepEqual(all[k], flownByCommand(scenario, "--seed", seed), `${scenario}, seed ${seed}`);
+      assert.ok(Object.keys(all[k].files).length > 8);
     }
+  });
+});
+
+test("traffic in degrees gives the record of the command to the last bit", async () => {
+  const row = (t, k) => `${t},car ${k},${44.5 + 0.001 * k + 0.00007 * t},${11.3 - 0.0013 * k + 0.00003 * t * k}\n`;
+  const rows = Array.from({ length: 61 }, (_, t) => [0, 1, 2, 3].map((k) => row(t, k)).join(""));
+  const text = `t,id,lat,lon\n${rows.join("")}`;
+  writeFileSync(join(home, "degrees.csv"), text);
+  const request = { scenario: "traffic/convoy", traffic: ["degrees.csv"], files: [["degrees.csv", text]], seed: "1" };
+  await opened({}, async (page) => {
+    const [flight] = await flownBy(page, [request]);
+    assert.deepEqual(flight, flownByCommand("traffic/convoy", "--traffic", "degrees.csv"));
   });
 });
 
@@ -92,8 +128,19 @@ test("a changed control flies again and is in the link, with the results of the 
     await page.waitForURL(/set=radio\.packet_loss%3D0\.3/);
     await flown(page);
     const request = { scenario: "tour/04-two-groups", seed: "1", set: ["radio.packet_loss=0.3"] };
-    const [metrics] = await metricsOf(page, [request]);
-    assert.deepEqual(JSON.parse(metrics), nativeMetrics("tour/04-two-groups", "--set", "radio.packet_loss=0.3"));
+    const [flight] = await flownBy(page, [request]);
+    assert.deepEqual(flight, flownByCommand("tour/04-two-groups", "--set", "radio.packet_loss=0.3"));
+  });
+});
+
+test("the record is saved and can be reported", async () => {
+  await opened({ scenario: "tour/02-two-uavs" }, async (page) => {
+    await flown(page);
+    const [download] = await Promise.all([page.waitForEvent("download"), page.getByRole("button", { name: "Save record" }).click()]);
+    assert.equal(download.suggestedFilename(), "tour-02-two-uavs-1.zip");
+    const folder = join(home, "saved");
+    execFileSync("python3", ["-m", "zipfile", "-e", await download.path(), folder]);
+    assert.match(execFileSync(STANDOFF, ["report", folder], { encoding: "utf8", stdio: ["ignore", "pipe", "ignore"] }), /custody/);
   });
 });
 

@@ -5,6 +5,9 @@
 //! Therefore lengths along the distance d from the origin shrink by d²/(2 R²), where R is the radius of the Earth: by 1
 //! mm per metre at 285 km, by 0.03 mm per metre at 50 km.
 //!
+//! The conversions are exact up to rounding, and use the library's sine, cosine and arctangent, so that the same file
+//! gives the same bits on every platform.
+//!
 //! ```
 //! use standoff_io::geodesy::LocalPlane;
 //!
@@ -16,17 +19,22 @@
 //! # Ok::<(), standoff_io::geodesy::GeodesyError>(())
 //! ```
 
-use map_3d::Ellipsoid::WGS84;
-use map_3d::{enu2geodetic, geodetic2enu};
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
-use standoff::Position;
+use standoff::{Position, math};
 
 /// Maximum distance from the origin, m. Further away, a plane is not a usable map of the Earth.
 pub const FURTHEST_M: f64 = 1e6;
 
-/// Number of iterations that lower a point of the plane to the ellipsoid. Each iteration multiplies the remaining
-/// height by about the square of (distance / radius of the Earth), so it converges quickly to zero.
-const LOWERED: u32 = 5;
+/// Equatorial radius of WGS84, m.
+const EQUATORIAL_RADIUS_M: f64 = 6_378_137.0;
+/// Flattening of WGS84.
+const FLATTENING: f64 = 1.0 / 298.257_223_563;
+/// Square of the ratio of the polar to the equatorial radius.
+const AXIS_RATIO_2: f64 = (1.0 - FLATTENING) * (1.0 - FLATTENING);
+
+/// Earth-centred coordinates, m: x towards longitude 0, z towards the north pole.
+type Geocentric = Vector3<f64>;
 
 /// Unit of the coordinates of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -69,43 +77,57 @@ pub struct GeodesyError {
 /// The plane that touches the WGS84 ellipsoid at an origin; x is east, y is north.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LocalPlane {
-    latitude_rad: f64,
-    longitude_rad: f64,
+    origin: Geocentric,
+    /// Unit vectors.
+    east: Geocentric,
+    north: Geocentric,
+    up: Geocentric,
 }
 
 impl LocalPlane {
     /// Creates the plane around an origin: degrees north in [-90, 90], degrees east in [-180, 180]. Fails outside these
     /// ranges.
     pub fn about(latitude_deg: f64, longitude_deg: f64) -> Result<Self, GeodesyError> {
-        let [latitude_rad, longitude_rad] = radians(latitude_deg, longitude_deg)?;
-        Ok(Self { latitude_rad, longitude_rad })
+        let [(sin_lat, cos_lat), (sin_lon, cos_lon)] = directions(latitude_deg, longitude_deg)?;
+        Ok(Self {
+            origin: geocentric(latitude_deg, longitude_deg)?,
+            east: Vector3::new(-sin_lon, cos_lon, 0.0),
+            north: Vector3::new(-sin_lat * cos_lon, -sin_lat * sin_lon, cos_lat),
+            up: Vector3::new(cos_lat * cos_lon, cos_lat * sin_lon, sin_lat),
+        })
     }
 
     /// Converts latitude and longitude to a position in the plane: degrees north in [-90, 90], degrees east in [-180,
     /// 180]. Fails outside these ranges, and at a straight-line distance of more than [`FURTHEST_M`] from the origin.
     pub fn position(&self, latitude_deg: f64, longitude_deg: f64) -> Result<Position, GeodesyError> {
-        let [lat, lon] = radians(latitude_deg, longitude_deg)?;
-        let (east_m, north_m, up_m) = geodetic2enu(lat, lon, 0.0, self.latitude_rad, self.longitude_rad, 0.0, WGS84);
-        let length_m = |x_m, y_m| Position::from_m(x_m, y_m).distance_m(Position::default());
-        check_distance(length_m(length_m(east_m, north_m), up_m))?;
-        Ok(Position::from_m(east_m, north_m))
+        let from_origin = geocentric(latitude_deg, longitude_deg)? - self.origin;
+        check_distance(from_origin.norm())?;
+        Ok(Position::from_m(self.east.dot(&from_origin), self.north.dot(&from_origin)))
     }
 
     /// Converts a position in the plane to latitude and longitude, degrees, of the point of the ellipsoid below it.
-    /// Accurate to 1 mm within 100 km of the origin, to 1 cm within [`FURTHEST_M`]. Fails further away.
+    /// Fails further than [`FURTHEST_M`] from the origin.
     pub fn degrees_at(&self, position: Position) -> Result<[f64; 2], GeodesyError> {
         check_distance(position.distance_m(Position::default()))?;
-        // The ellipsoid is below the plane: lower the point by its remaining height until it is on the ellipsoid.
-        let (mut up_m, mut degrees) = (0.0, [0.0; 2]);
-        for _ in 0..LOWERED {
-            let (east_m, north_m) = (position.x_m(), position.y_m());
-            let (lat, lon, height_m) =
-                enu2geodetic(east_m, north_m, up_m, self.latitude_rad, self.longitude_rad, 0.0, WGS84);
-            up_m -= height_m;
-            degrees = [lat.to_degrees(), lon.to_degrees()];
-        }
-        Ok(degrees)
+        let in_plane = self.origin + self.east * position.x_m() + self.north * position.y_m();
+        // On the ellipsoid, the product of a point with itself is 1; `height_m` is the upper of both solutions.
+        let product = |a: &Geocentric, b: &Geocentric| {
+            (a.x * b.x + a.y * b.y + a.z * b.z / AXIS_RATIO_2) / EQUATORIAL_RADIUS_M / EQUATORIAL_RADIUS_M
+        };
+        let (half_slope, curvature) = (product(&in_plane, &self.up), product(&self.up, &self.up));
+        let beyond = product(&in_plane, &in_plane) - 1.0;
+        let height_m = ((half_slope * half_slope - curvature * beyond).sqrt() - half_slope) / curvature;
+        let point = in_plane + self.up * height_m;
+        let latitude_rad = math::atan2(point.z, AXIS_RATIO_2 * math::hypot(point.x, point.y));
+        Ok([latitude_rad.to_degrees(), math::atan2(point.y, point.x).to_degrees()])
     }
+}
+
+/// Converts latitude and longitude, degrees, on the ellipsoid.
+fn geocentric(latitude_deg: f64, longitude_deg: f64) -> Result<Geocentric, GeodesyError> {
+    let [(sin_lat, cos_lat), (sin_lon, cos_lon)] = directions(latitude_deg, longitude_deg)?;
+    let normal_m = EQUATORIAL_RADIUS_M / (1.0 - (1.0 - AXIS_RATIO_2) * sin_lat * sin_lat).sqrt();
+    Ok(Vector3::new(cos_lat * cos_lon, cos_lat * sin_lon, AXIS_RATIO_2 * sin_lat) * normal_m)
 }
 
 /// Wraps the longitude of [longitude, latitude] to -180 to 180 degrees. Editors continue beyond that at the antimeridian.
@@ -115,10 +137,11 @@ pub fn wrapped([longitude_deg, latitude_deg]: [f64; 2]) -> [f64; 2] {
     [longitude_deg - turn_deg, latitude_deg]
 }
 
-fn radians(latitude_deg: f64, longitude_deg: f64) -> Result<[f64; 2], GeodesyError> {
+/// Sine and cosine of latitude and longitude.
+fn directions(latitude_deg: f64, longitude_deg: f64) -> Result<[(f64, f64); 2], GeodesyError> {
     check("latitude_deg", latitude_deg, -90.0, 90.0)?;
     check("longitude_deg", longitude_deg, -180.0, 180.0)?;
-    Ok([latitude_deg.to_radians(), longitude_deg.to_radians()])
+    Ok([latitude_deg, longitude_deg].map(|degrees| math::sin_cos(degrees.to_radians())))
 }
 
 fn check_distance(distance_m: f64) -> Result<(), GeodesyError> {
@@ -131,7 +154,7 @@ fn check(name: &'static str, value: f64, min: f64, max: f64) -> Result<(), Geode
 
 #[cfg(test)]
 mod tests {
-    use standoff::math;
+    use map_3d::{Ellipsoid::WGS84, geodetic2enu};
 
     use super::*;
 
@@ -166,12 +189,30 @@ mod tests {
         assert!((across.x_m() - 22.264).abs() < 0.001, "wrong across the date line: {across:?}");
     }
 
+    /// The crate `map_3d` gives the same positions.
+    #[test]
+    fn positions_are_those_of_another_program() {
+        for (latitude_deg, longitude_deg) in [(0.0, 0.0), (44.5, 11.3), (-37.95, 144.4), (89.0, -179.9), (-89.0, 180.0)]
+        {
+            let plane = LocalPlane::about(latitude_deg, longitude_deg).unwrap();
+            for step in 0..40 {
+                let (lat, lon) =
+                    (latitude_deg + 0.01 * f64::from(step % 7 - 3), longitude_deg - 0.002 * f64::from(step));
+                let lon = wrapped([lon, lat])[0];
+                let [phi, lambda, phi_0, lambda_0] = [lat, lon, latitude_deg, longitude_deg].map(f64::to_radians);
+                let (east_m, north_m, _) = geodetic2enu(phi, lambda, 0.0, phi_0, lambda_0, 0.0, WGS84);
+                let position = plane.position(lat, lon).unwrap();
+                assert!(position.distance_m(Position::from_m(east_m, north_m)) < 1e-7, "{lat}, {lon}: {position:?}");
+            }
+        }
+    }
+
     #[test]
     fn the_conversions_are_inverse() {
         for (latitude_deg, longitude_deg) in [(0.0, 0.0), (44.5, 11.3), (-37.95, 144.4), (89.9, -179.9), (-90.0, 180.0)]
         {
             let plane = LocalPlane::about(latitude_deg, longitude_deg).unwrap();
-            for (x_m, y_m, max_m) in [(0.0, 0.0, 1e-6), (3e3, -4e3, 1e-6), (-8e4, 6e4, 1e-3), (6e5, 7e5, 0.01)] {
+            for (x_m, y_m, max_m) in [(0.0, 0.0, 1e-6), (3e3, -4e3, 1e-6), (-8e4, 6e4, 1e-6), (6e5, 7e5, 1e-6)] {
                 let position = Position::from_m(x_m, y_m);
                 let [lat, lon] = plane.degrees_at(position).unwrap();
                 let back = plane.position(lat, lon).unwrap();

@@ -27,6 +27,7 @@ mod error;
 mod event_quota;
 mod event_text;
 mod frame;
+mod frame_tables;
 #[cfg(test)]
 mod fuzz;
 #[cfg(test)]
@@ -34,6 +35,7 @@ mod fuzz;
 mod fuzz_harness;
 mod limits;
 mod manifest;
+mod memory_record;
 mod reader;
 mod schema;
 pub mod table;
@@ -49,7 +51,9 @@ pub use frame::{
     PerAgentTables, ReportedState, ReportedTables, TeammateRow, TentativeRow, TrackRow, TrackStatus, TruthRow, UavRow,
     ViewRow,
 };
+pub use frame_tables::DerivedColumns;
 pub use limits::MAX_ROWS;
 pub use manifest::{Counts, FORMAT, MAX_NAME, MAX_VERSION, Manifest, check_length};
+pub use memory_record::MemoryRecord;
 pub use reader::{Frames, Record, SCENARIO_MAX};
-pub use writer::{DerivedColumns, FinishedRecord, PartialRecord, Writer};
+pub use writer::{FinishedRecord, PartialRecord, Writer};

@@ -306,7 +306,7 @@ mod tests {
 
     fn reread<R: Row, S: Row>(row: R) -> Result<S, String> {
         let home = tempfile::tempdir().unwrap();
-        let mut table = TableWriter::create(home.path()).unwrap();
+        let mut table = TableWriter::create(Some(home.path())).unwrap();
         table.push(&mut [row]).unwrap();
         table.finish().unwrap();
         let row = TableReader::open(file_of::<S>(home.path())).and_then(|mut table| table.next_row());

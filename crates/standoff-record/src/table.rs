@@ -1,7 +1,7 @@
 //! One Parquet file, written and read one row group at a time.
 
 use std::fs::File;
-use std::io::Write;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::vec;
@@ -32,10 +32,45 @@ pub(crate) fn file_of<R: Row>(dir: &Path) -> PathBuf {
     dir.join(format!("{}.parquet", R::TABLE))
 }
 
+/// Where the bytes of a table go.
+enum Sink {
+    Disk(File),
+    Memory(Vec<u8>),
+}
+
+impl Write for Sink {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        match self {
+            Self::Disk(file) => file.write(bytes),
+            Self::Memory(written) => written.write(bytes),
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        match self {
+            Self::Disk(file) => file.flush(),
+            Self::Memory(_) => Ok(()),
+        }
+    }
+}
+
+impl Sink {
+    /// The file on disk, to be synced.
+    fn file(&self) -> Option<&File> {
+        match self {
+            Self::Disk(file) => Some(file),
+            Self::Memory(_) => None,
+        }
+    }
+}
+
+/// Folder of a record; `None` for a record in memory.
+pub(crate) type Folder<'a> = Option<&'a Path>;
+
 /// Writes a table.
 pub struct TableWriter<R> {
     path: PathBuf,
-    file: SerializedFileWriter<File>,
+    file: SerializedFileWriter<Sink>,
     columns: Columns<R>,
     rows: usize,
     /// Number of rows added so far, including buffered ones.
@@ -45,15 +80,23 @@ pub struct TableWriter<R> {
 }
 
 impl<R: Row> TableWriter<R> {
-    /// Creates the table of this row type in a record's folder.
-    pub(crate) fn create(dir: &Path) -> Result<Self, RecordError> {
-        Self::with_columns(file_of::<R>(dir), column::columns())
+    /// Creates the table of this row type of a record.
+    pub(crate) fn create(folder: Folder<'_>) -> Result<Self, RecordError> {
+        let path = file_of::<R>(folder.unwrap_or(Path::new("")));
+        match folder {
+            Some(_) => Self::with_columns(path, column::columns()),
+            None => Self::begin(path, Sink::Memory(Vec::new()), column::columns()),
+        }
     }
 
     /// Creates a table whose columns are only known at run time.
     pub fn with_columns(path: PathBuf, columns: Columns<R>) -> Result<Self, RecordError> {
         let file = File::create(&path).map_err(|reason| RecordError::write(&path, reason))?;
-        let file = start(file, &columns).map_err(|e| RecordError::parquet_write(&path, e))?;
+        Self::begin(path, Sink::Disk(file), columns)
+    }
+
+    fn begin(path: PathBuf, sink: Sink, columns: Columns<R>) -> Result<Self, RecordError> {
+        let file = start(sink, &columns).map_err(|e| RecordError::parquet_write(&path, e))?;
         Ok(Self { path, file, columns, rows: 0, pushed: 0, synced_groups: 0 })
     }
 
@@ -76,15 +119,21 @@ impl<R: Row> TableWriter<R> {
     pub fn finish(&mut self) -> Result<(), RecordError> {
         self.flush()?;
         self.file.finish().map_err(|e| RecordError::parquet_write(&self.path, e))?;
-        let synced = self.file.inner().sync_all();
+        let synced = self.file.inner().file().map_or(Ok(()), File::sync_all);
         synced.map_err(|reason| RecordError::write(&self.path, reason))
+    }
+
+    /// Name and bytes of the file of a finished table in memory; `None` if it is on disk.
+    pub(crate) fn into_file(self) -> Option<(String, Vec<u8>)> {
+        let Sink::Memory(bytes) = self.file.inner() else { return None };
+        Some((self.path.display().to_string(), bytes.clone()))
     }
 
     /// Syncs the file to disk, and returns the data that it lacks to be readable in its current state.
     pub(crate) fn missing(&mut self) -> Result<Missing, RecordError> {
         let groups = self.file.flushed_row_groups().len();
         if groups > self.synced_groups {
-            let synced = self.file.flush().and_then(|()| self.file.inner().sync_data());
+            let synced = self.file.flush().and_then(|()| self.file.inner().file().map_or(Ok(()), File::sync_data));
             synced.map_err(|reason| RecordError::write(&self.path, reason))?;
             self.synced_groups = groups;
         }

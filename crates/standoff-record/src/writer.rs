@@ -2,7 +2,6 @@
 
 use std::fs::File;
 use std::io::Write as _;
-use std::iter;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -12,14 +11,11 @@ use crate::checkpoint;
 use crate::column::Row;
 use crate::directory::{self, FolderLock, MAP_FILE, Partial, SCENARIO};
 use crate::error::RecordError;
-use crate::frame::{
-    AgentEventRow, AgentRow, ByAgent, DetectionRow, EventRow, Frame, FrameRow, GroupRow, IntruderRow, PerAgentTables,
-    TeammateRow, TentativeRow, TrackRow, TruthRow, UavRow, ViewRow,
-};
-use crate::limits::{LimitExceeded, RecordLimits};
-use crate::manifest::{Counts, FORMAT, MANIFEST, Manifest};
-use crate::schema::{At, HasErrorColumn, TargetRow, WithError, frame_tables, seconds};
-use crate::table::{Missing, TableWriter, file_of};
+use crate::frame::{Frame, TruthRow};
+use crate::frame_tables::{DerivedColumns, FrameTables, write_targets};
+use crate::manifest::{FORMAT, MANIFEST, Manifest};
+use crate::schema::seconds;
+use crate::table::{Missing, file_of};
 
 /// Minimum time between two checkpoints: the most data that is lost if the process ends.
 const CHECKPOINT_EVERY: Duration = Duration::from_secs(1);
@@ -54,14 +50,7 @@ const CHECKPOINT_SHARE: u32 = 50;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct Writer {
-    /// Those of `TIMED`; those of intruders, tentative tracks and `OF_AGENTS` from the first row on.
-    tables: Vec<Box<dyn FrameTable>>,
-    /// Derived from the frames for other programs; a checkpoint does not contain it.
-    views: Box<dyn FrameTable>,
-    derive: Option<Derive>,
-    bounds: RecordLimits,
-    last_us: Option<i64>,
-    sound: bool,
+    tables: FrameTables,
     next_checkpoint: Instant,
     /// Time of the last checkpoint.
     kept_us: Option<i64>,
@@ -73,19 +62,6 @@ pub struct Writer {
     /// Kept open, because it holds the lock.
     lock: File,
 }
-
-/// Columns and rows that depend on the truth, for other programs: [`Record`](crate::Record) does not read them.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct DerivedColumns {
-    /// Column `standoff_error_m` of each UAV in [`Frame::uavs`], in the same order.
-    pub standoff_errors_m: Vec<Option<f64>>,
-    /// Column `position_error_m` of each track in [`Frame::tracks`], in the same order.
-    pub position_errors_m: Vec<Option<f64>>,
-    /// Rows of the table `in_view`.
-    pub views: Vec<ViewRow>,
-}
-
-type Derive = Box<dyn FnMut(&Frame) -> DerivedColumns + Send>;
 
 /// Readable part of a run that ended early.
 #[derive(Debug, Clone, PartialEq)]
@@ -117,25 +93,9 @@ impl Writer {
         partial.turn = None;
         let path = partial.path.join(SCENARIO);
         atomic_file::save(&path, scenario_toml).map_err(|reason| RecordError::write(&path, reason))?;
-        let mut targets = TableWriter::create(&partial.path)?;
-        let rows = (0..).zip(target_names).map(|(target, name)| TargetRow { target, name: name.clone() });
-        targets.push(&mut rows.collect::<Vec<_>>())?;
-        targets.finish()?;
-        let folder = &partial.path;
+        write_targets(Some(&partial.path), target_names)?;
         Ok(Self {
-            tables: vec![
-                with_error::<UavRow>(folder, |derived| &derived.standoff_errors_m)?,
-                plain::<TruthRow>(folder)?,
-                with_error::<TrackRow>(folder, |derived| &derived.position_errors_m)?,
-                plain::<GroupRow>(folder)?,
-                plain::<DetectionRow>(folder)?,
-                plain::<EventRow>(folder)?,
-            ],
-            views: table(folder, |_, derived, put| derived.views.iter().copied().for_each(put))?,
-            derive: None,
-            bounds: RecordLimits::new(&manifest, target_names.len()),
-            last_us: None,
-            sound: true,
+            tables: FrameTables::create(Some(&partial.path), &manifest, target_names.len())?,
             next_checkpoint: Instant::now() + CHECKPOINT_EVERY,
             kept_us: None,
             set_aside,
@@ -148,13 +108,14 @@ impl Writer {
 
     /// Adds columns and rows that `derive` computes from each frame. Without this call they are empty.
     #[must_use]
-    pub fn deriving(self, derive: impl FnMut(&Frame) -> DerivedColumns + Send + 'static) -> Self {
-        Self { derive: Some(Box::new(derive)), ..self }
+    pub fn deriving(mut self, derive: impl FnMut(&Frame) -> DerivedColumns + Send + 'static) -> Self {
+        self.tables.derive = Some(Box::new(derive));
+        self
     }
 
     /// Leaves out the table of the truth, which is unknown in a real flight. Scores that need it are then absent.
     pub fn without_truth(mut self) -> Result<Self, RecordError> {
-        self.tables.retain(|table| table.count().0 != TruthRow::TABLE);
+        self.tables.remove(TruthRow::TABLE);
         let path = file_of::<TruthRow>(&self.partial.path);
         std::fs::remove_file(&path).map_err(|reason| RecordError::write(&path, reason))?;
         Ok(self)
@@ -178,42 +139,13 @@ impl Writer {
     ///
     /// After an error, the record can be neither continued nor finished.
     pub fn frame(&mut self, frame: &Frame) -> Result<(), RecordError> {
-        let time_us = frame.time_us;
-        self.check_sound(time_us)?;
-        self.sound = false;
-        if frame.uavs.is_empty() {
-            return Err(bad_frame(time_us, "it has no UAV"));
-        }
-        let within = self.bounds.begin(time_us).and_then(|()| self.bounds.check(frame));
-        within.map_err(|LimitExceeded { table, what }| bad_frame(time_us, format!("{table}: {what}")))?;
-        let derived = self.derive.as_mut().map(|derive| derive(frame)).unwrap_or_default();
-        let folder = &self.partial.path;
-        let has = |name: &str| self.tables.iter().any(|table| table.count().0 == name);
-        let (intruders, tentative, of_agents) =
-            (has(IntruderRow::TABLE), has(TentativeRow::TABLE), has(AgentRow::TABLE));
-        if !intruders && !frame.intruders.is_empty() {
-            self.tables.push(plain::<IntruderRow>(folder)?);
-        }
-        if !tentative && !frame.tentative.is_empty() {
-            self.tables.push(plain::<TentativeRow>(folder)?);
-        }
-        if !of_agents && frame.agents != PerAgentTables::default() {
-            self.tables.push(plain::<AgentRow>(folder)?);
-            self.tables.push(plain::<ByAgent<TrackRow>>(folder)?);
-            self.tables.push(plain::<ByAgent<GroupRow>>(folder)?);
-            self.tables.push(plain::<AgentEventRow>(folder)?);
-            self.tables.push(plain::<TeammateRow>(folder)?);
-        }
-        self.tables.iter_mut().try_for_each(|table| table.put(frame, &derived))?;
-        self.views.put(frame, &derived)?;
-        self.last_us = Some(time_us);
-        self.sound = true;
+        self.tables.frame(frame)?;
         let now = Instant::now();
         if now >= self.next_checkpoint {
             let made = self.checkpoint();
             // If there is no disk space for the checkpoint, the run goes on: the tables may still fit, and the previous
             // checkpoint stays.
-            if !self.sound {
+            if !self.tables.is_sound {
                 return made;
             }
             self.next_checkpoint = Instant::now() + CHECKPOINT_EVERY.max(now.elapsed() * CHECKPOINT_SHARE);
@@ -227,16 +159,9 @@ impl Writer {
     /// After an error in its tables, the record can be neither continued nor finished. If only the checkpoint cannot be
     /// written, it can.
     pub fn checkpoint(&mut self) -> Result<(), RecordError> {
-        let Some(last_us) = self.last_us else { return Ok(()) };
-        self.check_sound(last_us)?;
-        self.sound = false;
-        let mut missing = |name: &str| {
-            let table = self.tables.iter_mut().find(|table| table.count().0 == name);
-            table.map(|table| table.missing()).transpose()
-        };
-        let tables = frame_tables().map(&mut missing).collect::<Result<Vec<_>, _>>()?;
-        self.sound = true;
-        self.keep(last_us, &tables)
+        let Some(last_us) = self.tables.last_us else { return Ok(()) };
+        let missing = self.tables.missing()?;
+        self.keep(last_us, &missing)
     }
 
     /// Completes the record and moves it to its destination.
@@ -247,14 +172,14 @@ impl Writer {
     /// Completes the tables. Before it is published, the record can be read in its temporary folder, and files can be
     /// added to it.
     pub fn close(mut self) -> Result<FinishedRecord, RecordError> {
-        self.finish_tables()?;
+        self.tables.finish()?;
         self.complete()
     }
 
     /// Like [`Self::close`], for a run whose length was not known at its start: sets its length, s, and the scenario
     /// with that length.
     pub fn close_with_length(mut self, duration_s: f64, scenario_toml: &str) -> Result<FinishedRecord, RecordError> {
-        self.finish_tables()?;
+        self.tables.finish()?;
         self.manifest.duration_s = duration_s;
         let path = self.partial.path.join(SCENARIO);
         atomic_file::save(&path, scenario_toml).map_err(|reason| RecordError::write(&path, reason))?;
@@ -263,11 +188,7 @@ impl Writer {
 
     /// Marks the record with complete tables as finished.
     fn complete(mut self) -> Result<FinishedRecord, RecordError> {
-        let tables = self.tables.iter().chain([&self.views]).map(|table| table.count());
-        let rows = tables.chain([(TargetRow::TABLE, self.bounds.targets as u64)]);
-        let rows = rows.map(|(table, rows)| (table.to_owned(), rows)).collect();
-        let counts = Some(Counts { time_steps: self.bounds.steps, rows });
-        let json = Manifest { counts, unfinished: false, ..self.manifest.clone() }.to_json()?;
+        let json = self.tables.completed(&self.manifest).to_json()?;
         let lock = replace_manifest(&self.partial.path, &json, true)?;
         self.partial.keep = true;
         checkpoint::remove(&self.partial.path)?;
@@ -277,8 +198,8 @@ impl Writer {
     /// Ends the record before the mission is over. It stays unfinished, with complete tables up to the last frame.
     /// Without a frame, nothing is kept.
     pub fn stop(mut self) -> Result<Option<PartialRecord>, RecordError> {
-        let Some(last_us) = self.last_us else { return Ok(None) };
-        self.finish_tables()?;
+        let Some(last_us) = self.tables.last_us else { return Ok(None) };
+        self.tables.finish()?;
         self.keep(last_us, &[])?;
         Ok(self.kept())
     }
@@ -298,19 +219,6 @@ impl Writer {
         self.kept_us = Some(last_us);
         self.partial.keep = true;
         Ok(())
-    }
-
-    fn finish_tables(&mut self) -> Result<(), RecordError> {
-        self.check_sound(self.last_us.unwrap_or_default())?;
-        self.sound = false;
-        self.tables.iter_mut().chain([&mut self.views]).try_for_each(|table| table.finish())
-    }
-
-    fn check_sound(&self, time_us: i64) -> Result<(), RecordError> {
-        if self.sound {
-            return Ok(());
-        }
-        Err(bad_frame(time_us, "an earlier frame failed"))
     }
 }
 
@@ -355,72 +263,4 @@ fn replace_manifest(partial: &Path, json: &str, onto_disk: bool) -> Result<File,
     let written = file.write_all(json.as_bytes()).and_then(|()| sync(&file));
     written.and_then(|()| std::fs::rename(&path, &place)).map_err(refused)?;
     Ok(file)
-}
-
-/// Table that grows with the frames.
-trait FrameTable: Send {
-    /// Adds the rows of a frame.
-    fn put(&mut self, frame: &Frame, derived: &DerivedColumns) -> Result<(), RecordError>;
-    /// Returns the name of the table and its number of rows.
-    fn count(&self) -> (&'static str, u64);
-    fn missing(&mut self) -> Result<Missing, RecordError>;
-    fn finish(&mut self) -> Result<(), RecordError>;
-}
-
-/// Table with the rows that `rows` adds for each frame.
-struct FrameTableWriter<R, F> {
-    table: TableWriter<At<R>>,
-    rows: F,
-    /// Reused buffer.
-    buffer: Vec<At<R>>,
-}
-
-impl<R: Row, F> FrameTable for FrameTableWriter<R, F>
-where
-    F: Fn(&Frame, &DerivedColumns, &mut dyn FnMut(R)) + Send,
-{
-    fn put(&mut self, frame: &Frame, derived: &DerivedColumns) -> Result<(), RecordError> {
-        self.buffer.clear();
-        (self.rows)(frame, derived, &mut |row| self.buffer.push(At::new(frame.time_us, row)));
-        self.table.push(&mut self.buffer)
-    }
-
-    fn count(&self) -> (&'static str, u64) {
-        (R::TABLE, self.table.pushed)
-    }
-
-    fn missing(&mut self) -> Result<Missing, RecordError> {
-        self.table.missing()
-    }
-
-    fn finish(&mut self) -> Result<(), RecordError> {
-        self.table.finish()
-    }
-}
-
-/// Creates a table in a record's folder. `rows` passes on the rows of a frame.
-fn table<R: Row>(
-    folder: &Path,
-    rows: impl Fn(&Frame, &DerivedColumns, &mut dyn FnMut(R)) + Send + 'static,
-) -> Result<Box<dyn FrameTable>, RecordError> {
-    Ok(Box::new(FrameTableWriter { table: TableWriter::create(folder)?, rows, buffer: Vec::new() }))
-}
-
-fn plain<R: FrameRow>(folder: &Path) -> Result<Box<dyn FrameTable>, RecordError> {
-    table(folder, |frame, _, put| R::of(frame).iter().cloned().for_each(put))
-}
-
-fn with_error<R: FrameRow + HasErrorColumn>(
-    folder: &Path,
-    errors_m: fn(&DerivedColumns) -> &[Option<f64>],
-) -> Result<Box<dyn FrameTable>, RecordError> {
-    table(folder, move |frame, derived, put| {
-        let errors_m = errors_m(derived).iter().copied().chain(iter::repeat(None));
-        R::of(frame).iter().cloned().zip(errors_m).for_each(|(row, error_m)| put(WithError { row, error_m }));
-    })
-}
-
-fn bad_frame(time_us: i64, what: impl Into<String>) -> RecordError {
-    let (time_s, what) = (seconds(time_us), what.into());
-    RecordError::BadFrame { time_s, what }
 }

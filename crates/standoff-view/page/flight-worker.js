@@ -26,6 +26,7 @@ const calls = {
   map: () => flight.map(),
   head: () => flight.head(),
   metrics: () => flight.metrics(),
+  record: () => flight.record(),
   block: (kind, part) => flight.block(kind, part),
 };
 

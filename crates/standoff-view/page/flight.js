@@ -198,6 +198,15 @@ function connectDrop(given) {
   element("flight-file").addEventListener("change", ({ target }) => given([...target.files]));
 }
 
+/** Flies a mission again, and saves its record. */
+async function saveRecord(request) {
+  const source = new FlightSource();
+  await source.begin({ ...request, is_recorded: true });
+  await new Promise((resolve) => source.follow(({ done }) => done && resolve()));
+  save(fileName(`${JSON.parse(source.first).scenario}-${request.seed}.zip`), await source.call("record"), "application/zip");
+  source.stop();
+}
+
 /** Whether the unchanged scenario is shown next to the changed one. */
 const isFlightCompared = () => new URLSearchParams(location.search).has("compared");
 
@@ -209,6 +218,9 @@ async function showFlight() {
   const requests = isFlightCompared() ? [request, { ...request, set: [], uavs: null }] : [request];
   const sources = requests.map(() => new FlightSource());
   element("flight-stop").addEventListener("click", () => sources.forEach((source) => source.stop()));
+  element("flight-record").addEventListener("click", () => {
+    saveRecord(request).catch((error) => (element("flight-error").textContent = error.message));
+  });
   try {
     await Promise.all(sources.map((source, index) => source.begin(requests[index])));
   } catch (error) {

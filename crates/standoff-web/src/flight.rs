@@ -1,15 +1,20 @@
 //! A mission that is flown in steps and encoded for the replay page while it flies.
 
 use std::cell::RefCell;
+use std::fmt::Display;
+use std::io::{Cursor, Write};
 
-use standoff_app::{Maps, lines, manifest};
-use standoff_score::{MetricSelection, Scorer, SelectedMetrics};
+use standoff_app::{Failure, Maps, lines, manifest};
+use standoff_record::{Manifest, MemoryRecord};
+use standoff_score::{FrameScorer, MetricSelection, Scorer, SelectedMetrics};
 use standoff_sim::run::Mission;
-use standoff_sim::scenario::Settings;
+use standoff_sim::scenario::{Scenario, Settings};
 use standoff_sim::world::World;
 use standoff_view::figures::Setup;
 use standoff_view::replay::{Encoder, Head, Part};
 use wasm_bindgen::prelude::wasm_bindgen;
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, ZipWriter};
 
 use crate::request::Request;
 
@@ -22,6 +27,9 @@ pub struct Flight {
     encoder: Encoder,
     head: Head,
     warnings: Vec<String>,
+    record: Option<MemoryRecord>,
+    /// Names and bytes of the files of the finished record.
+    files: Vec<(String, Vec<u8>)>,
     sealed: Vec<Part>,
     /// Current state of the part that is being filled, and its number of time steps.
     open: Option<(Part, usize)>,
@@ -37,15 +45,19 @@ impl Flight {
         let scenario = request.scenario()?;
         let mission = Mission::new(&scenario)
             .map_err(|errors| errors.iter().map(|error| format!("error: {error}")).collect::<Vec<_>>().join("\n"))?;
-        let manifest = manifest(&scenario);
+        let manifest = Manifest { reported: mission.reported_tables(), ..manifest(&scenario) };
         let setup = Setup::of(manifest.title(), &scenario.settings);
         let encoder = Encoder::new(&mission.score_config(), 1).with_detections(setup.detections);
-        let mut head = Head::new(&manifest, setup, World::names(&scenario));
+        let names = World::names(&scenario);
+        let record = request.is_recorded.then(|| recorded(&scenario, &mission, &manifest, &names)).transpose()?;
+        let mut head = Head::new(&manifest, setup, names);
         head.live = true;
         let warnings = RefCell::new(scenario.warnings.clone());
         let map = Maps(request.maps).of_scenario(&scenario, &|warning| warnings.borrow_mut().push(warning.to_owned()));
         head.map = map.map_err(|failure| failure.message(false).join("\n"))?;
         Ok(Self {
+            record,
+            files: Vec::new(),
             warnings: warnings.into_inner(),
             scorer: Scorer::new(mission.score_config(), MetricSelection::standard()),
             settings: scenario.settings,
@@ -78,18 +90,21 @@ impl Flight {
 
     /// Flies up to `steps` time steps, and returns the progress as JSON: `{"sealed": number of complete parts, "open":
     /// number of time steps in the open part, "done": whether the mission has ended}`.
-    pub fn advance(&mut self, steps: u32) -> String {
+    pub fn advance(&mut self, steps: u32) -> Result<String, String> {
         for _ in 0..steps {
             let Some(frame) = self.mission.frame() else {
-                self.finish();
+                self.finish()?;
                 break;
             };
+            if let Some(record) = &mut self.record {
+                record.frame(frame).map_err(message)?;
+            }
             self.scorer.frame(frame);
             self.sealed.extend(self.encoder.frame(frame));
         }
         self.open = self.encoder.so_far();
         let open = self.open.as_ref().map_or(0, |(_, steps)| *steps);
-        format!("{{\"sealed\":{},\"open\":{open},\"done\":{}}}", self.sealed.len(), self.is_done)
+        Ok(format!("{{\"sealed\":{},\"open\":{open},\"done\":{}}}", self.sealed.len(), self.is_done))
     }
 
     /// Gzip of a block of the replay: `overview`, `detail` or `team-states` of a part; `undefined` if there is none.
@@ -106,6 +121,17 @@ impl Flight {
         Some(block.to_vec())
     }
 
+    /// The record of the finished mission as a ZIP file, without compression: the tables are compressed.
+    pub fn record(&self) -> Result<Vec<u8>, String> {
+        let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
+        let options = SimpleFileOptions::default().compression_method(CompressionMethod::Stored);
+        for (name, bytes) in &self.files {
+            zip.start_file(name.as_str(), options).map_err(message)?;
+            zip.write_all(bytes).map_err(message)?;
+        }
+        Ok(zip.finish().map_err(message)?.into_inner())
+    }
+
     /// The selected metrics by name, JSON, as `standoff run --json` prints them.
     #[must_use]
     pub fn metrics(&self) -> String {
@@ -118,9 +144,15 @@ impl Flight {
         SelectedMetrics { metrics: self.scorer.metrics(), choice: MetricSelection::standard() }
     }
 
-    fn finish(&mut self) {
+    /// Names and bytes of the files of the finished record.
+    #[must_use]
+    pub fn files(&self) -> &[(String, Vec<u8>)] {
+        &self.files
+    }
+
+    fn finish(&mut self) -> Result<(), String> {
         if self.is_done {
-            return;
+            return Ok(());
         }
         self.is_done = true;
         self.sealed.extend(self.encoder.part());
@@ -128,5 +160,69 @@ impl Flight {
         self.head.outcome = lines(&self.selected_metrics(), &self.settings);
         self.head.events_left_out = self.encoder.events_left_out();
         self.head.other_events_left_out = self.encoder.other_events_left_out();
+        if let Some(record) = self.record.take() {
+            self.files = record.finish().map_err(message)?;
+        }
+        Ok(())
+    }
+}
+
+/// Starts the record of a mission.
+fn recorded(
+    scenario: &Scenario,
+    mission: &Mission,
+    manifest: &Manifest,
+    names: &[String],
+) -> Result<MemoryRecord, String> {
+    let resolved = scenario.resolved().map_err(|error| Failure::Scenario(error).message(false).join("\n"))?;
+    let mut scorer = FrameScorer::new(mission.score_config());
+    MemoryRecord::create(manifest, &resolved, names, move |frame| scorer.derived_columns(frame)).map_err(message)
+}
+
+fn message(error: impl Display) -> String {
+    format!("error: {error}")
+}
+
+#[cfg(test)]
+mod tests {
+    use standoff_sim::scenario::{BUILT_IN, Overrides};
+
+    use super::*;
+
+    /// The files of a record in memory have the bytes of those in a folder, for every built-in scenario.
+    #[test]
+    fn records_in_memory_equal_those_on_disk() {
+        let home = tempfile::tempdir().unwrap();
+        for built_in in BUILT_IN {
+            let name = built_in.name;
+            let set = vec!["duration_s=20".to_owned()];
+            let request = serde_json::json!({"scenario": name, "seed": "3", "set": set, "is_recorded": true});
+            let mut flight = Flight::new(&request.to_string()).unwrap();
+            assert_eq!(flight.advance(u32::MAX).unwrap(), flight.advance(1).unwrap());
+            let scenario = Scenario::load(name, &Overrides { set, ..Overrides::default() }, 3).unwrap();
+            let mut mission = Mission::new(&scenario).unwrap();
+            let out = home.path().join(name.replace('/', "-"));
+            let ignore = |_: &str| {};
+            let closed = standoff_app::fly(&scenario, &mut mission, &out, None, &ignore, || true, |_| ()).ok().unwrap();
+            let mut count = 0;
+            for file in std::fs::read_dir(closed.dir()).unwrap() {
+                let file = file.unwrap();
+                let (_, bytes) =
+                    flight.files().iter().find(|(name, _)| file.file_name() == name.as_str()).expect("the same files");
+                assert!(std::fs::read(file.path()).unwrap() == *bytes, "{name}: {:?}", file.file_name());
+                count += 1;
+            }
+            assert_eq!(count, flight.files().len(), "{name}");
+            assert!(flight.record().unwrap().len() > 1000);
+        }
+    }
+
+    #[test]
+    fn wrong_requests_get_the_messages_of_the_command() {
+        let error = |json: &str| Flight::new(json).err().unwrap();
+        assert!(error("{").starts_with("error: the request is wrong"));
+        assert!(error(r#"{"scenario": "tour/01-one-uav", "seed": "x"}"#).contains("must be a whole number from 0"));
+        let unknown = error(r#"{"scenario": "tour/01-one-uav", "seed": "1", "set": ["uavs.sped_m_s=3"]}"#);
+        assert!(unknown.contains("there is no such key") && unknown.contains("did you mean"), "{unknown}");
     }
 }

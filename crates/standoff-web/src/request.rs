@@ -24,6 +24,8 @@ pub struct Request {
     pub maps: Vec<PathBuf>,
     /// Number of UAVs, with automatic starts.
     pub uavs: Option<u32>,
+    /// Whether the record is kept, for [`Flight::record`](crate::Flight::record).
+    pub is_recorded: bool,
     /// Seed, as text because JavaScript numbers have only 53 bits.
     pub seed: String,
 }
