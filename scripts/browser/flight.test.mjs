@@ -144,6 +144,21 @@ test("the record is saved and can be reported", async () => {
   });
 });
 
+test("a batch shows the means of the command", async () => {
+  const out = join(home, "batch");
+  const text = execFileSync(STANDOFF, ["monte-carlo", "tour/02-two-uavs", "--runs", "20", "--seed", "5", "--json", "--out", out], { encoding: "utf8", stdio: ["ignore", "pipe", "ignore"] });
+  const { mean, ci95 } = JSON.parse(text).metrics.standoff_error_m;
+  await opened({ scenario: "tour/02-two-uavs", seed: "5" }, async (page) => {
+    await flown(page);
+    await page.locator("#flight summary", { hasText: "Batch" }).click();
+    await page.getByRole("button", { name: "Fly the batch" }).click();
+    const row = page.locator("#flight-batch tr", { has: page.getByText("standoff error", { exact: true }) });
+    await row.waitFor();
+    const shown = (value) => String(Number(value.toPrecision(4)));
+    assert.deepEqual(await row.locator("td").allTextContents(), ["standoff error", shown(mean), `${shown(ci95[0])} to ${shown(ci95[1])}`, "m", "20"]);
+  });
+});
+
 test("errors name the key and the line, as those of the command", async () => {
   await opened({ set: "uavs.sped_m_s=3" }, async (page) => {
     const error = page.locator("#flight-error");

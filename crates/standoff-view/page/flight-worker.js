@@ -15,14 +15,26 @@ function fly(steps) {
   if (!state.done) setTimeout(() => fly(Math.min(1000, Math.max(1, Math.round((steps * SLICE_MS) / Math.max(took_ms, 1))))));
 }
 
+let seeds = null;
+
+async function prepare(engine, files) {
+  await wasm_bindgen({ module_or_path: engine });
+  for (const [name, bytes] of files) wasm_bindgen.giveFile(name, bytes);
+}
+
 const calls = {
   async begin(engine, files, request) {
-    await wasm_bindgen({ module_or_path: engine });
-    for (const [name, bytes] of files) wasm_bindgen.giveFile(name, bytes);
+    await prepare(engine, files);
     flight = new wasm_bindgen.Flight(request);
     setTimeout(() => fly(4));
     return [flight.head(), flight.warnings()];
   },
+  async beginSeeds(engine, files, request) {
+    await prepare(engine, files);
+    seeds = new wasm_bindgen.Seeds(request);
+  },
+  values: (index) => seeds.values(index),
+  statistics: (values) => wasm_bindgen.statisticsOf(values),
   map: () => flight.map(),
   head: () => flight.head(),
   metrics: () => flight.metrics(),

@@ -62,12 +62,17 @@ class FlightSource {
 
   /** Starts the worker and the mission; the error is the message of the loader. */
   async begin(request) {
+    [this.first, this.warnings] = await this.start("begin", request);
+  }
+
+  /** Starts the worker with a mission or a batch. */
+  async start(call, request) {
     const parts = Promise.all([unpackedPart("engine"), unpackedPart("worker")]);
     const files = await Promise.all([...request.traffic, ...request.maps].map(async (name) => [name, await droppedFiles.get(name)]));
     const [engine, script] = await parts;
     this.worker = new Worker(URL.createObjectURL(new Blob([script], { type: "text/javascript" })));
     this.worker.onmessage = ({ data }) => this.take(data);
-    [this.first, this.warnings] = await this.call("begin", engine, files, JSON.stringify(request));
+    return this.call(call, engine, files, JSON.stringify(request));
   }
 
   take({ id, value, error, state }) {
@@ -170,7 +175,8 @@ function connectFlight(request, names) {
     set.push(...element("flight-set").value.split("\n").map((line) => line.trim()).filter(Boolean));
     const text = element("flight-text").value.trim() || null;
     const uavs = element("flight-uavs").value || null;
-    openRequest({ ...request, scenario: scenario.value, text, set, uavs, seed: seed.value.trim(), ...change }, isCompared.checked);
+    // A scenario file of the user is not the built-in scenario.
+    openRequest({ ...request, scenario: text ? "mine" : scenario.value, text, set, uavs, seed: seed.value.trim(), ...change }, isCompared.checked);
   };
   element("flight").addEventListener("submit", (event) => {
     event.preventDefault();
@@ -207,6 +213,42 @@ async function saveRecord(request) {
   source.stop();
 }
 
+/** Flies a batch of consecutive seeds on several workers, and shows the means of its metrics. */
+async function flyBatch(request, count) {
+  const workers = Array.from({ length: Math.min(count, 4, navigator.hardwareConcurrency || 1) }, () => new FlightSource());
+  const runs = new Array(count);
+  let next = 0;
+  try {
+    await Promise.all(
+      workers.map(async (worker) => {
+        await worker.start("beginSeeds", request);
+        while (next < count) {
+          const index = next++;
+          runs[index] = await worker.call("values", index);
+          element("flight-progress").textContent = `${runs.filter(Boolean).length} of ${count} runs`;
+        }
+      }),
+    );
+    const values = new Float64Array(runs.flatMap((run) => [...run]));
+    showBatchTable(JSON.parse(await workers[0].call("statistics", values)));
+  } finally {
+    workers.forEach((worker) => worker.stop());
+  }
+}
+
+/** Shows the means of a batch with their 95 % confidence intervals. */
+function showBatchTable(rows) {
+  const shown = (value) => (value === null || value === undefined ? "" : String(Number(value.toPrecision(4))));
+  const cells = ({ label, unit, n, mean, ci95 }) => [label, shown(mean), ci95 ? `${shown(ci95[0])} to ${shown(ci95[1])}` : "", unit, String(n)];
+  const line = (texts, kind) => {
+    const row = document.createElement("tr");
+    row.append(...texts.map((text) => Object.assign(document.createElement(kind), { textContent: text })));
+    return row;
+  };
+  const head = line(["Metric", "Mean", "95 % interval", "Unit", "Runs"], "th");
+  element("flight-batch").replaceChildren(head, ...rows.map((row) => line(cells(row), "td")));
+}
+
 /** Whether the unchanged scenario is shown next to the changed one. */
 const isFlightCompared = () => new URLSearchParams(location.search).has("compared");
 
@@ -218,6 +260,10 @@ async function showFlight() {
   const requests = isFlightCompared() ? [request, { ...request, set: [], uavs: null }] : [request];
   const sources = requests.map(() => new FlightSource());
   element("flight-stop").addEventListener("click", () => sources.forEach((source) => source.stop()));
+  element("flight-fly-batch").addEventListener("click", () => {
+    const count = Math.min(1000, Math.max(1, Math.round(Number(element("flight-runs").value)) || 20));
+    flyBatch(request, count).catch((error) => (element("flight-error").textContent = error.message));
+  });
   element("flight-record").addEventListener("click", () => {
     saveRecord(request).catch((error) => (element("flight-error").textContent = error.message));
   });

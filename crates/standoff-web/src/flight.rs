@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::fmt::Display;
 use std::io::{Cursor, Write};
 
-use standoff_app::{Failure, Maps, lines, manifest};
+use standoff_app::{Maps, lines, manifest};
 use standoff_record::{Manifest, MemoryRecord};
 use standoff_score::{FrameScorer, MetricSelection, Scorer, SelectedMetrics};
 use standoff_sim::run::Mission;
@@ -16,7 +16,12 @@ use wasm_bindgen::prelude::wasm_bindgen;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
-use crate::request::Request;
+use crate::request::{Request, format_errors, message_of};
+
+/// Maximum number of rows of targets (time steps times targets) of a mission without and with a record. With 485
+/// vehicles and 6 UAVs, a row takes 27 bytes of replay and 435 bytes of record; the ZIP file is a second copy. A mission
+/// thus takes less than 1 GB.
+const ROWS_MAX: [u64; 2] = [10_000_000, 1_000_000];
 
 /// A mission in the browser.
 #[wasm_bindgen]
@@ -43,8 +48,15 @@ impl Flight {
     pub fn new(request: &str) -> Result<Self, String> {
         let request = Request::of_json(request)?;
         let scenario = request.scenario()?;
-        let mission = Mission::new(&scenario)
-            .map_err(|errors| errors.iter().map(|error| format!("error: {error}")).collect::<Vec<_>>().join("\n"))?;
+        let rows = World::rows(&scenario);
+        let most = ROWS_MAX[usize::from(request.is_recorded)];
+        if rows > most {
+            return Err(format!(
+                "error: the mission could have {rows} rows of targets; at most {most} fit into the memory of the \
+                 page: choose a shorter duration_s, a longer period_s or fewer targets, or use the command"
+            ));
+        }
+        let mission = Mission::new(&scenario).map_err(|errors| format_errors(&errors))?;
         let manifest = Manifest { reported: mission.reported_tables(), ..manifest(&scenario) };
         let setup = Setup::of(manifest.title(), &scenario.settings);
         let encoder = Encoder::new(&mission.score_config(), 1).with_detections(setup.detections);
@@ -174,7 +186,7 @@ fn recorded(
     manifest: &Manifest,
     names: &[String],
 ) -> Result<MemoryRecord, String> {
-    let resolved = scenario.resolved().map_err(|error| Failure::Scenario(error).message(false).join("\n"))?;
+    let resolved = scenario.resolved().map_err(message_of)?;
     let mut scorer = FrameScorer::new(mission.score_config());
     MemoryRecord::create(manifest, &resolved, names, move |frame| scorer.derived_columns(frame)).map_err(message)
 }
@@ -224,5 +236,7 @@ mod tests {
         assert!(error(r#"{"scenario": "tour/01-one-uav", "seed": "x"}"#).contains("must be a whole number from 0"));
         let unknown = error(r#"{"scenario": "tour/01-one-uav", "seed": "1", "set": ["uavs.sped_m_s=3"]}"#);
         assert!(unknown.contains("there is no such key") && unknown.contains("did you mean"), "{unknown}");
+        let long = r#"{"scenario": "improved/figure-9", "seed": "1", "set": ["duration_s=1e6"]}"#;
+        assert!(error(long).contains("at most 10000000 fit into the memory"), "{}", error(long));
     }
 }

@@ -5,6 +5,8 @@
 
 mod flight;
 mod request;
+mod seeds;
 
 pub use flight::Flight;
 pub use request::{Request, give_file, scenario_names, scenario_text};
+pub use seeds::{Seeds, statistics_of};

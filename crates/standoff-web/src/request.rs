@@ -1,11 +1,12 @@
 //! What a page asks for: a scenario with changes, and a seed.
 
+use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 use standoff_app::Failure;
 use standoff_io::bounded_input;
-use standoff_sim::scenario::{BUILT_IN, Overrides, Scenario, ScenarioTemplate, built_in};
+use standoff_sim::scenario::{BUILT_IN, Overrides, Scenario, ScenarioError, ScenarioTemplate, built_in};
 use wasm_bindgen::prelude::wasm_bindgen;
 
 /// Mission that a page asks for.
@@ -36,21 +37,38 @@ impl Request {
         serde_json::from_str(json).map_err(|error| format!("error: the request is wrong: {error}"))
     }
 
-    /// Draws the scenario. The error is the message that the command would print.
-    pub fn scenario(&self) -> Result<Scenario, String> {
-        let seed = self
-            .seed
-            .parse()
-            .map_err(|_| format!("error: the seed {:?} must be a whole number from 0 to {}", self.seed, u64::MAX))?;
+    /// The scenario before anything is drawn. The error is the message that the command would print.
+    pub fn template(&self) -> Result<ScenarioTemplate, String> {
         let Self { set, traffic, maps, uavs, .. } = self.clone();
         let overrides = Overrides { set, traffic, uavs, maps };
         let template = match &self.text {
             Some(text) => ScenarioTemplate::of_toml(&self.scenario, text, &overrides, Path::new("")),
             None => ScenarioTemplate::load(&self.scenario, &overrides),
         };
-        let drawn = template.and_then(|template| template.draw(seed));
-        drawn.map_err(|error| Failure::Scenario(error).message(false).join("\n"))
+        template.map_err(message_of)
     }
+
+    /// The seed as a number.
+    pub fn seed(&self) -> Result<u64, String> {
+        let what = || format!("error: the seed {:?} must be a whole number from 0 to {}", self.seed, u64::MAX);
+        self.seed.parse().map_err(|_| what())
+    }
+
+    /// Draws the scenario.
+    pub fn scenario(&self) -> Result<Scenario, String> {
+        let seed = self.seed()?;
+        self.template()?.draw(seed).map_err(message_of)
+    }
+}
+
+/// The message that the command prints for a scenario that cannot be used.
+pub(crate) fn message_of(error: ScenarioError) -> String {
+    Failure::Scenario(error).message(false).join("\n")
+}
+
+/// Formats wrong parameters, one per line.
+pub(crate) fn format_errors(errors: &[impl Display]) -> String {
+    errors.iter().map(|error| format!("error: {error}")).collect::<Vec<_>>().join("\n")
 }
 
 /// Gives a file of the page: traffic and maps of this name are read from these bytes.
