@@ -96,7 +96,7 @@ test("a mission flies as soon as the page is open", async () => {
 
 test("every built-in scenario gives the metrics and the record of the command to the last bit", async () => {
   await opened({}, async (page) => {
-    const names = await page.evaluate(async () => new TextDecoder().decode(await unpackedPart("scenarios")).split("\n"));
+    const names = await page.evaluate(async () => Object.keys(JSON.parse(new TextDecoder().decode(await unpackedPart("scenarios")))));
     assert.ok(names.length > 20);
     const requests = names.flatMap((scenario) => ["1", "7000000000000000001"].map((seed) => ({ scenario, seed })));
     const all = await flownBy(page, requests);
@@ -167,6 +167,14 @@ test("errors name the key and the line, as those of the command", async () => {
   });
   await opened({ scenario: "mine", text: 'duration_s = 50\n[uavs]\nspeed_m_s = "fast"\n' }, async (page) => {
     await page.locator("#flight-error", { hasText: "mine:3:" }).waitFor();
+  });
+  await opened({}, async (page) => {
+    await page.locator("#flight summary", { hasText: "Other keys" }).click();
+    await page.getByRole("button", { name: "Copy the built-in scenario" }).click();
+    const text = page.getByLabel("Scenario file (TOML)");
+    await text.fill((await text.inputValue()).replace("[uavs]", "[uavs]\nspeed_m_s = -3"));
+    await page.getByRole("button", { name: "Fly", exact: true }).click();
+    await page.locator("#flight-error", { hasText: /uavs\.speed_m_s/ }).waitFor();
   });
   await opened({ seed: "-1" }, async (page) => {
     await page.locator("#flight-error", { hasText: "must be a whole number from 0" }).waitFor();

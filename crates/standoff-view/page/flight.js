@@ -147,10 +147,10 @@ function openRequest({ scenario, text, set, traffic, maps, uavs, seed }, isCompa
   location.search = to;
 }
 
-/** Fills in the controls for a mission, and connects them. */
-function connectFlight(request, names) {
+/** Fills in the controls for a mission, and connects them; `texts` are the built-in scenarios by name. */
+function connectFlight(request, texts) {
   const scenario = element("flight-scenario");
-  scenario.replaceChildren(...names.map((name) => new Option(name, name, false, name === request.scenario)));
+  scenario.replaceChildren(...Object.keys(texts).map((name) => new Option(name, name, false, name === request.scenario)));
   const seed = element("flight-seed");
   seed.value = request.seed;
   element("flight-uavs").value = request.uavs ?? "";
@@ -170,6 +170,7 @@ function connectFlight(request, names) {
   });
   element("flight-set").value = [...values].map(([key, value]) => `${key}=${value}`).join("\n");
   element("flight-text").value = request.text ?? "";
+  element("flight-copy-text").addEventListener("click", () => (element("flight-text").value = texts[scenario.value]));
   const fly = (change) => {
     const set = fields.filter(([, field]) => field.value !== "").map(([key, field]) => `${key}=${field.value}`);
     set.push(...element("flight-set").value.split("\n").map((line) => line.trim()).filter(Boolean));
@@ -255,8 +256,7 @@ const isFlightCompared = () => new URLSearchParams(location.search).has("compare
 /** Flies the mission in the address, and shows it while it is flown. */
 async function showFlight() {
   const request = requestOfAddress();
-  const names = new TextDecoder().decode(await unpackedPart("scenarios")).split("\n");
-  connectFlight(request, names);
+  connectFlight(request, await new FileSource().json("scenarios"));
   const requests = isFlightCompared() ? [request, { ...request, set: [], uavs: null }] : [request];
   const sources = requests.map(() => new FlightSource());
   element("flight-stop").addEventListener("click", () => sources.forEach((source) => source.stop()));

@@ -151,12 +151,12 @@ pub fn report(head: &Head, parts: &[Part]) -> serde_json::Result<String> {
 
 /// Makes the page that flies missions, as one file that opens from disk without a network. `engine` is the library
 /// `standoff-web` compiled to WebAssembly, `glue` the script that wasm-bindgen makes for it, without modules, and
-/// `scenarios` the names of the built-in scenarios.
-pub fn flight_page(engine: &[u8], glue: &str, scenarios: &[&str]) -> String {
+/// `scenarios` the texts of the built-in scenarios by name, as a JSON object.
+pub fn flight_page(engine: &[u8], glue: &str, scenarios: &str) -> String {
     let mut page = begin(&format!("{FLIGHT}{REPLAY}"), FLIGHT_POLICY);
     put(&mut page, "engine", &gzip(engine));
     put(&mut page, "worker", &gzip(format!("{glue}\n{FLIGHT_WORKER}").as_bytes()));
-    put(&mut page, "scenarios", &gzip(scenarios.join("\n").as_bytes()));
+    put(&mut page, "scenarios", &gzip(scenarios.as_bytes()));
     end(page, SCRIPT)
 }
 

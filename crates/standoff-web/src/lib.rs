@@ -8,5 +8,5 @@ mod request;
 mod seeds;
 
 pub use flight::Flight;
-pub use request::{Request, give_file, scenario_names, scenario_text};
+pub use request::{Request, give_file, scenarios};
 pub use seeds::{Seeds, statistics_of};

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use standoff_app::Failure;
 use standoff_io::bounded_input;
-use standoff_sim::scenario::{BUILT_IN, Overrides, Scenario, ScenarioError, ScenarioTemplate, built_in};
+use standoff_sim::scenario::{BUILT_IN, Overrides, Scenario, ScenarioError, ScenarioTemplate};
 use wasm_bindgen::prelude::wasm_bindgen;
 
 /// Mission that a page asks for.
@@ -77,16 +77,9 @@ pub fn give_file(name: &str, bytes: Vec<u8>) {
     bounded_input::give(Path::new(name), bytes.into());
 }
 
-/// Names of the built-in scenarios, one per line.
+/// Texts of the built-in scenarios by name, as a JSON object.
 #[must_use]
-#[wasm_bindgen(js_name = scenarioNames)]
-pub fn scenario_names() -> String {
-    BUILT_IN.iter().map(|scenario| scenario.name).collect::<Vec<_>>().join("\n")
-}
-
-/// Text of a built-in scenario; empty if there is none of this name.
-#[must_use]
-#[wasm_bindgen(js_name = scenarioText)]
-pub fn scenario_text(name: &str) -> String {
-    built_in(name).map(|scenario| scenario.text.to_owned()).unwrap_or_default()
+pub fn scenarios() -> String {
+    let texts = BUILT_IN.iter().map(|scenario| (scenario.name.to_owned(), scenario.text.into()));
+    serde_json::Value::Object(texts.collect()).to_string()
 }

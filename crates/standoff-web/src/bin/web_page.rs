@@ -26,6 +26,5 @@ fn page(wasm: &str) -> Result<String, String> {
     let bindgen = bindgen.input_path(wasm).no_modules(true).map_err(|error| error.to_string())?;
     let mut output = bindgen.typescript(false).generate_output().map_err(|error| format!("{wasm}: {error:#}"))?;
     let engine = output.wasm_mut().emit_wasm();
-    let names = standoff_web::scenario_names();
-    Ok(flight_page(&engine, output.js(), &names.lines().collect::<Vec<_>>()))
+    Ok(flight_page(&engine, output.js(), &standoff_web::scenarios()))
 }
