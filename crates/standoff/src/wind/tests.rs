@@ -198,7 +198,10 @@ fn a_uav_leaves_the_edge_of_the_courses_of_its_airspeed() {
         for _ in 0..60 {
             let own = wind.over_ground(&state, 0.0);
             let followed = Followed::straight(&own, Angle::from_deg(desired_deg), 23.0, 1.0);
-            state = response.step(&state, wind.air_command(&team, &own, &followed).command);
+            let command = wind.air_command(&team, &own, &followed).command;
+            let across_m_s = 20.0 * math::sin(desired_deg.to_radians());
+            assert!(command.speed_m_s >= 1.1 * across_m_s - 1e-9, "{desired_deg}: {}", command.speed_m_s);
+            state = response.step(&state, command);
         }
         let flown = wind.over_ground(&state, 0.0).heading;
         assert!((flown.deg() - desired_deg).abs() < 0.5, "{desired_deg}: {}", flown.deg());
