@@ -79,28 +79,29 @@ pub struct GeodesyError {
 pub struct LocalPlane {
     origin: Geocentric,
     /// Unit vectors.
-    east: Geocentric,
-    north: Geocentric,
-    up: Geocentric,
+    east: Vector3<f64>,
+    north: Vector3<f64>,
+    up: Vector3<f64>,
 }
 
 impl LocalPlane {
     /// Creates the plane around an origin: degrees north in [-90, 90], degrees east in [-180, 180]. Fails outside these
     /// ranges.
     pub fn about(latitude_deg: f64, longitude_deg: f64) -> Result<Self, GeodesyError> {
-        let [(sin_lat, cos_lat), (sin_lon, cos_lon)] = directions(latitude_deg, longitude_deg)?;
+        let directions = directions(latitude_deg, longitude_deg)?;
+        let ([(sin_lat, cos_lat), (sin_lon, cos_lon)], up) = (directions, normal(directions));
         Ok(Self {
-            origin: geocentric(latitude_deg, longitude_deg)?,
+            origin: on_ellipsoid(up),
             east: Vector3::new(-sin_lon, cos_lon, 0.0),
             north: Vector3::new(-sin_lat * cos_lon, -sin_lat * sin_lon, cos_lat),
-            up: Vector3::new(cos_lat * cos_lon, cos_lat * sin_lon, sin_lat),
+            up,
         })
     }
 
     /// Converts latitude and longitude to a position in the plane: degrees north in [-90, 90], degrees east in [-180,
     /// 180]. Fails outside these ranges, and at a straight-line distance of more than [`FURTHEST_M`] from the origin.
     pub fn position(&self, latitude_deg: f64, longitude_deg: f64) -> Result<Position, GeodesyError> {
-        let from_origin = geocentric(latitude_deg, longitude_deg)? - self.origin;
+        let from_origin = on_ellipsoid(normal(directions(latitude_deg, longitude_deg)?)) - self.origin;
         check_distance(from_origin.norm())?;
         Ok(Position::from_m(self.east.dot(&from_origin), self.north.dot(&from_origin)))
     }
@@ -123,11 +124,15 @@ impl LocalPlane {
     }
 }
 
-/// Converts latitude and longitude, degrees, on the ellipsoid.
-fn geocentric(latitude_deg: f64, longitude_deg: f64) -> Result<Geocentric, GeodesyError> {
-    let [(sin_lat, cos_lat), (sin_lon, cos_lon)] = directions(latitude_deg, longitude_deg)?;
-    let normal_m = EQUATORIAL_RADIUS_M / (1.0 - (1.0 - AXIS_RATIO_2) * sin_lat * sin_lat).sqrt();
-    Ok(Vector3::new(cos_lat * cos_lon, cos_lat * sin_lon, AXIS_RATIO_2 * sin_lat) * normal_m)
+/// The point of the ellipsoid with this unit normal.
+fn on_ellipsoid(up: Vector3<f64>) -> Geocentric {
+    let normal_m = EQUATORIAL_RADIUS_M / (1.0 - (1.0 - AXIS_RATIO_2) * up.z * up.z).sqrt();
+    Vector3::new(up.x, up.y, AXIS_RATIO_2 * up.z) * normal_m
+}
+
+/// The unit vector that points up from sine and cosine of latitude and longitude.
+fn normal([(sin_lat, cos_lat), (sin_lon, cos_lon)]: [(f64, f64); 2]) -> Vector3<f64> {
+    Vector3::new(cos_lat * cos_lon, cos_lat * sin_lon, sin_lat)
 }
 
 /// Wraps the longitude of [longitude, latitude] to -180 to 180 degrees. Editors continue beyond that at the antimeridian.
