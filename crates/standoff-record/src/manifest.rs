@@ -89,6 +89,12 @@ impl Manifest {
         }
     }
 
+    /// The manifest of the same run while this version of standoff writes its record.
+    pub(crate) fn begun(&self) -> Self {
+        let version = env!("CARGO_PKG_VERSION").to_owned();
+        Self { format: FORMAT, version, counts: None, unfinished: true, ..self.clone() }
+    }
+
     /// Returns scenario and seed, as in the titles of figures.
     #[must_use]
     pub fn title(&self) -> String {

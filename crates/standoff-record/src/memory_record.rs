@@ -4,7 +4,7 @@ use crate::directory::SCENARIO;
 use crate::error::RecordError;
 use crate::frame::Frame;
 use crate::frame_tables::{DerivedColumns, FrameTables, write_targets};
-use crate::manifest::{FORMAT, MANIFEST, Manifest};
+use crate::manifest::{MANIFEST, Manifest};
 
 /// Makes the files of a record in memory. They have the same bytes as those that a [`Writer`](crate::Writer) publishes.
 pub struct MemoryRecord {
@@ -22,8 +22,7 @@ impl MemoryRecord {
         target_names: &[String],
         derive: impl FnMut(&Frame) -> DerivedColumns + Send + 'static,
     ) -> Result<Self, RecordError> {
-        let version = env!("CARGO_PKG_VERSION").to_owned();
-        let manifest = Manifest { format: FORMAT, version, counts: None, unfinished: true, ..manifest.clone() };
+        let manifest = manifest.begun();
         let mut tables = FrameTables::create(None, &manifest, target_names.len())?;
         tables.derive = Some(Box::new(derive));
         let scenario = (SCENARIO.to_owned(), scenario_toml.into());

@@ -13,7 +13,7 @@ use crate::directory::{self, FolderLock, MAP_FILE, Partial, SCENARIO};
 use crate::error::RecordError;
 use crate::frame::{Frame, TruthRow};
 use crate::frame_tables::{DerivedColumns, FrameTables, write_targets};
-use crate::manifest::{FORMAT, MANIFEST, Manifest};
+use crate::manifest::{MANIFEST, Manifest};
 use crate::schema::seconds;
 use crate::table::{Missing, file_of};
 
@@ -85,8 +85,7 @@ impl Writer {
         scenario_toml: &str,
         target_names: &[String],
     ) -> Result<Self, RecordError> {
-        let version = env!("CARGO_PKG_VERSION").to_owned();
-        let manifest = Manifest { format: FORMAT, version, counts: None, unfinished: true, ..manifest.clone() };
+        let manifest = manifest.begun();
         let json = manifest.to_json()?;
         let (mut partial, set_aside) = directory::make_partial(dir)?;
         let lock = replace_manifest(&partial.path, &json, false)?;
