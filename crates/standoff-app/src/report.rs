@@ -72,9 +72,8 @@ pub fn report_run(dir: &Path, place: &Path, choice: MetricSelection, warn: Warni
     parts.extend(encoder.part());
     let mut head = Head::new(manifest, setup, record.target_names().to_vec());
     head.map = Maps::default().of_record(&record, warn)?;
-    (head.stride, head.outcome) = (stride, lines(&outcome.metrics, &outcome.settings));
-    head.events_left_out = encoder.events_left_out();
-    head.other_events_left_out = encoder.other_events_left_out();
+    head.stride = stride;
+    head.complete(lines(&outcome.metrics, &outcome.settings), &encoder);
     let files = ReportFiles { dir, place, unwritable: Cell::new(None) };
     let write = || {
         figures.iter().try_for_each(|figure| files.save(&format!("{}.svg", figure.name), &figure.svg))?;

@@ -142,8 +142,8 @@ impl LiveReplay {
         if now < self.next_update || self.replay.viewers() == 0 {
             return;
         }
-        if let Some((part, steps)) = self.encoder.so_far() {
-            self.replay.show(part, steps);
+        if let Some(part) = self.encoder.so_far() {
+            self.replay.show(part, self.encoder.open_steps());
         }
         self.next_update = Instant::now() + UPDATE_INTERVAL.max(now.elapsed() * UPDATE_TIME_RATIO);
     }
@@ -153,10 +153,8 @@ impl LiveReplay {
         if let Some(part) = self.encoder.part() {
             self.replay.add(part);
         }
-        self.head.events_left_out = self.encoder.events_left_out();
-        self.head.other_events_left_out = self.encoder.other_events_left_out();
+        self.head.complete(outcome, &self.encoder);
         warn_omitted(self.head.events_left_out, &note);
-        (self.head.outcome, self.head.live) = (outcome, false);
         self.replay.finish(&self.head).map_err(Failure::running)
     }
 }

@@ -1,11 +1,16 @@
-/** Returns the contents of a part of this file. The script of the page calls it, too. */
+/** Decompresses bytes. The script of the page calls this function and the next one, too. */
+async function unpacked(gz) {
+  const stream = new Blob([gz]).stream().pipeThrough(new DecompressionStream("gzip"));
+  return new Uint8Array(await new Response(stream).arrayBuffer());
+}
+
+/** Returns the contents of a part of this file. */
 async function unpackedPart(name) {
   const letters = atob(document.querySelector(`script[data-part="${name}"]`).textContent);
   // `Uint8Array.from` with a function takes 15 times as long.
   const bytes = new Uint8Array(letters.length);
   for (let k = 0; k < letters.length; k++) bytes[k] = letters.charCodeAt(k);
-  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
-  return new Uint8Array(await new Response(stream).arrayBuffer());
+  return unpacked(bytes);
 }
 
 if (typeof DecompressionStream === "undefined") {

@@ -45,10 +45,8 @@ function answerOf(request) {
   });
 }
 
-async function unpacked(gz) {
-  const stream = new Blob([gz]).stream().pipeThrough(new DecompressionStream("gzip"));
-  return new Uint8Array(await new Response(stream).arrayBuffer());
-}
+/** The compiled WebAssembly and the script of all workers. */
+let workerParts = null;
 
 /** The data of a mission that a worker flies. */
 class FlightSource {
@@ -67,9 +65,9 @@ class FlightSource {
 
   /** Starts the worker with a mission or a batch. */
   async start(call, request) {
-    const parts = Promise.all([unpackedPart("engine"), unpackedPart("worker")]);
+    workerParts ??= Promise.all([unpackedPart("engine").then(WebAssembly.compile), unpackedPart("worker")]);
     const files = await Promise.all([...request.traffic, ...request.maps].map(async (name) => [name, await droppedFiles.get(name)]));
-    const [engine, script] = await parts;
+    const [engine, script] = await workerParts;
     this.worker = new Worker(URL.createObjectURL(new Blob([script], { type: "text/javascript" })));
     this.worker.onmessage = ({ data }) => this.take(data);
     return this.call(call, engine, files, JSON.stringify(request));

@@ -36,8 +36,6 @@ pub struct Flight {
     /// Names and bytes of the files of the finished record.
     files: Vec<(String, Vec<u8>)>,
     sealed: Vec<Part>,
-    /// Current state of the part that is being filled, and its number of time steps.
-    open: Option<(Part, usize)>,
     is_done: bool,
 }
 
@@ -77,7 +75,6 @@ impl Flight {
             encoder,
             head,
             sealed: Vec::new(),
-            open: None,
             is_done: false,
         })
     }
@@ -114,23 +111,20 @@ impl Flight {
             self.scorer.frame(frame);
             self.sealed.extend(self.encoder.frame(frame));
         }
-        self.open = self.encoder.so_far();
-        let open = self.open.as_ref().map_or(0, |(_, steps)| *steps);
+        let open = self.encoder.open_steps();
         Ok(format!("{{\"sealed\":{},\"open\":{open},\"done\":{}}}", self.sealed.len(), self.is_done))
     }
 
     /// Gzip of a block of the replay: `overview`, `detail` or `team-states` of a part; `undefined` if there is none.
     #[must_use]
     pub fn block(&self, kind: &str, number: usize) -> Option<Vec<u8>> {
-        let open = self.open.as_ref().filter(|_| number == self.sealed.len()).map(|(part, _)| part);
-        let part = self.sealed.get(number).or(open)?;
-        let block = match kind {
-            "overview" => &part.overview,
-            "detail" => &part.detail,
-            "team-states" => part.team_states.as_ref()?,
-            _ => return None,
+        let part = match self.sealed.get(number) {
+            Some(part) => part,
+            // Encoded only when the page asks for it.
+            None if number == self.sealed.len() => &self.encoder.so_far()?,
+            None => return None,
         };
-        Some(block.to_vec())
+        part.block(kind).map(|block| block.to_vec())
     }
 
     /// The record of the finished mission as a ZIP file, without compression: the tables are compressed.
@@ -168,10 +162,7 @@ impl Flight {
         }
         self.is_done = true;
         self.sealed.extend(self.encoder.part());
-        self.head.live = false;
-        self.head.outcome = lines(&self.selected_metrics(), &self.settings);
-        self.head.events_left_out = self.encoder.events_left_out();
-        self.head.other_events_left_out = self.encoder.other_events_left_out();
+        self.head.complete(lines(&self.selected_metrics(), &self.settings), &self.encoder);
         if let Some(record) = self.record.take() {
             self.files = record.finish().map_err(message)?;
         }

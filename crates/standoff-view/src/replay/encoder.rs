@@ -130,6 +130,19 @@ pub struct Part {
     pub team_states: Option<Bytes>,
 }
 
+impl Part {
+    /// Returns the block of this name: `overview`, `detail` or `team-states`.
+    #[must_use]
+    pub fn block(&self, name: &str) -> Option<&Bytes> {
+        match name {
+            "overview" => Some(&self.overview),
+            "detail" => Some(&self.detail),
+            "team-states" => self.team_states.as_ref(),
+            _ => None,
+        }
+    }
+}
+
 /// The part that is being filled.
 #[derive(Debug)]
 struct Draft {
@@ -254,14 +267,20 @@ impl Encoder {
 
     /// Returns the time steps since the last part as a part and starts the next one; `None` if there are none.
     pub fn part(&mut self) -> Option<Part> {
-        let part = self.so_far()?.0;
+        let part = self.so_far()?;
         self.draft = Draft::new(&self.recorded, self.detections.as_ref());
         Some(part)
     }
 
-    /// Encodes the part that is being filled, and returns it with its number of time steps; `None` if there are none.
+    /// Number of time steps in the part that is being filled.
     #[must_use]
-    pub fn so_far(&self) -> Option<(Part, usize)> {
+    pub fn open_steps(&self) -> usize {
+        self.draft.times_us.len()
+    }
+
+    /// Encodes the part that is being filled; `None` if it has no time step.
+    #[must_use]
+    pub fn so_far(&self) -> Option<Part> {
         let Draft {
             times_us,
             detail_times_us,
@@ -284,7 +303,7 @@ impl Encoder {
             detail: block(detail_times_us, None, &[], std::iter::once(targets).chain(of_detections())),
             team_states: agents.tables().next().map(|_| block(&team_states.times_us, None, &[], team_states.tables())),
         };
-        (!times_us.is_empty()).then(|| (part(), times_us.len()))
+        (!times_us.is_empty()).then(part)
     }
 }
 

@@ -8,6 +8,7 @@ use standoff_score::Building;
 
 use crate::Bytes;
 use crate::figures::Setup;
+use crate::replay::Encoder;
 
 /// Format number of heads and parts; it increases when either format changes.
 pub const FORMAT: u32 = 5;
@@ -154,6 +155,13 @@ impl Head {
             events_left_out: 0,
             other_events_left_out: 0,
         }
+    }
+
+    /// Adds the results of a run that has ended.
+    pub fn complete(&mut self, outcome: Vec<Line>, encoder: &Encoder) {
+        (self.outcome, self.live) = (outcome, false);
+        self.events_left_out = encoder.events_left_out();
+        self.other_events_left_out = encoder.other_events_left_out();
     }
 
     /// Serialises the head to JSON.

@@ -97,13 +97,7 @@ impl Replay {
         let sealed = state.sealed.get(number);
         let open = state.open.as_ref().filter(|_| number == state.sealed.len()).map(|(part, _)| part);
         let part = sealed.or(open)?;
-        let body = match block {
-            "overview" => &part.overview,
-            "detail" => &part.detail,
-            "team-states" => part.team_states.as_ref()?,
-            _ => return None,
-        };
-        Some(Resource { kind: BYTES, body: body.clone(), gzip: true })
+        Some(Resource { kind: BYTES, body: part.block(block)?.clone(), gzip: true })
     }
 
     /// Locks the contents. A poisoned lock is safe: every change is a single assignment or push.

@@ -301,7 +301,7 @@ fn a_replay_grows_while_pages_follow_it() {
     for frame in &frames[..3] {
         assert!(encoder.frame(frame).is_none());
     }
-    let (part, steps) = encoder.so_far().unwrap();
+    let (part, steps) = (encoder.so_far().unwrap(), encoder.open_steps());
     replay.show(part, steps);
     assert_eq!((times("overview/0"), times("detail/0"), times("overview/1")), (Some(3), Some(3), None));
     for frame in &frames[3..5] {

@@ -276,7 +276,7 @@ fn a_growing_replay_serves_the_agent_states_of_its_parts() {
     };
     let mut encoder = Encoder::new(&scenario.settings.score_config(), 1);
     frames[..5].iter().for_each(|frame| drop(encoder.frame(frame)));
-    let (part, shown) = encoder.so_far().unwrap();
+    let (part, shown) = (encoder.so_far().unwrap(), encoder.open_steps());
     replay.show(part, shown);
     assert_eq!((steps("team-states/0"), steps("team-states/1")), (Some(5), None));
     let one = Frame { agents: Default::default(), ..frames[0].clone() };
