@@ -28,6 +28,12 @@ pub enum Input {
     Given(Cursor<Bytes>),
 }
 
+impl From<File> for Input {
+    fn from(file: File) -> Self {
+        Self::Disk(file)
+    }
+}
+
 impl Read for Input {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         match self {
@@ -37,20 +43,19 @@ impl Read for Input {
     }
 }
 
-/// Opens a file of at most `most` bytes for reading. The restrictions are those of [`open_file`].
+/// Opens a file of at most `most` bytes for reading.
+///
+/// Folders, pipes (reading would wait for a writer), devices (some never end) and files that are too large are rejected
+/// unread.
 pub fn open(path: &Path, most: u64) -> io::Result<Input> {
     match GIVEN.with_borrow(|given| given.get(path).cloned()) {
         Some(bytes) if bytes.len() as u64 > most => Err(too_large(bytes.len() as u64, most)),
         Some(bytes) => Ok(Input::Given(Cursor::new(bytes))),
-        None => open_file(path, most).map(Input::Disk),
+        None => open_on_disk(path, most).map(Input::Disk),
     }
 }
 
-/// Opens a file on disk of at most `most` bytes for reading.
-///
-/// Folders, pipes (reading would wait for a writer), devices (some never end) and files that are too large are rejected
-/// unread.
-pub fn open_file(path: &Path, most: u64) -> io::Result<File> {
+fn open_on_disk(path: &Path, most: u64) -> io::Result<File> {
     let found = fs::metadata(path)?;
     if !found.is_file() {
         let pipe = "it is a pipe or a device, not a file; write its contents to a file";

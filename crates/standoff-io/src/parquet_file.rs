@@ -26,7 +26,6 @@ mod row_batches;
 #[cfg(test)]
 mod tests;
 
-use std::fs::File;
 use std::sync::Arc;
 
 use parquet::errors::{ParquetError, Result as ParquetResult};
@@ -34,6 +33,8 @@ use parquet::file::metadata::{ParquetMetaData, ParquetMetaDataReader, RowGroupMe
 
 use parquet::schema::types::SchemaDescriptor;
 use positional::Positional;
+
+use crate::bounded_input::Input;
 
 pub use error::{COMPRESSION, Error, guarded, panic_is_expected};
 pub use row_batches::RowBatches;
@@ -51,9 +52,10 @@ pub struct Footer(Arc<ParquetMetaData>);
 
 impl Source {
     /// Opens a Parquet file. Fails if its footer cannot be read.
-    pub fn open(file: File) -> Result<Self, Error> {
+    pub fn open(file: impl Into<Input>) -> Result<Self, Error> {
+        let file = Positional(Arc::new(file.into()));
         let metadata = guarded(|| ParquetMetaDataReader::new().parse_and_finish(&file))?;
-        Ok(Self { file: Arc::new(Positional(Arc::new(file))), footer: Footer(Arc::new(metadata)) })
+        Ok(Self { file: Arc::new(file), footer: Footer(Arc::new(metadata)) })
     }
 
     /// Schema of the file.
@@ -67,7 +69,7 @@ impl Source {
     }
 
     /// Creates a source from a file and a footer that is stored elsewhere.
-    pub fn with_footer(file: Arc<File>, footer: &Footer) -> Self {
+    pub fn with_footer(file: Arc<Input>, footer: &Footer) -> Self {
         Self { file: Arc::new(Positional(file)), footer: footer.clone() }
     }
 }

@@ -13,13 +13,14 @@
 //! of 0. Tables only grow, and this file is replaced as a whole, so it matches the tables however
 //! the run ends. A checkpoint without tables means that the files of the tables are complete.
 
-use std::fs::{self, File};
+use std::fs;
 use std::io::Read as _;
 use std::path::Path;
 use std::sync::Arc;
 
+use standoff_io::atomic_file;
+use standoff_io::bounded_input::{self, Input};
 use standoff_io::parquet_file::{self, Footer, Source};
-use standoff_io::{atomic_file, bounded_input};
 
 use crate::RecordError;
 use crate::column::Row;
@@ -69,7 +70,7 @@ pub(crate) fn remove(dir: &Path) -> Result<(), RecordError> {
 /// Checkpoint of an unfinished record.
 #[derive(Debug)]
 pub(crate) struct Checkpoint {
-    file: Arc<File>,
+    file: Arc<Input>,
     /// Time of the last frame in it.
     pub(crate) last_us: i64,
     /// In the order of [`frame_tables`], `None` for those that the record lacks; empty if the files are complete.
@@ -88,7 +89,7 @@ impl Checkpoint {
         let path = dir.join(CHECKPOINT);
         // Read and kept open as the same file: a run in progress may replace it meanwhile.
         let unreadable = |reason| RecordError::read(&path, reason);
-        let mut file = bounded_input::open_file(&path, MAX_BYTES).map_err(unreadable)?;
+        let mut file = bounded_input::open(&path, MAX_BYTES).map_err(unreadable)?;
         let mut bytes = Vec::new();
         file.read_to_end(&mut bytes).map_err(unreadable)?;
         let broken = || RecordError::damaged(&path, "its checksum is wrong");
@@ -121,7 +122,7 @@ impl Checkpoint {
     }
 
     /// Returns the sources of the rows of a table, given its own file; `None` if that file is complete.
-    pub(crate) fn sources(&self, table: &str, file: File) -> Option<[Source; 2]> {
+    pub(crate) fn sources(&self, table: &str, file: Input) -> Option<[Source; 2]> {
         let (_, found) = frame_tables().zip(&self.tables).find(|(name, _)| *name == table)?;
         let Table { footer, rows } = found.as_ref()?;
         Some([Source::with_footer(Arc::new(file), footer), Source::with_footer(Arc::clone(&self.file), rows)])

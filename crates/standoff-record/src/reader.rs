@@ -148,7 +148,7 @@ impl Record {
     fn uncounted<R: Row>(&self) -> Result<TableReader<At<R>>, RecordError> {
         let path = file_of::<R>(&self.dir);
         if let Some(checkpoint) = &self.checkpoint {
-            let file = bounded_input::open_file(&path, MAX_TABLE).map_err(|reason| RecordError::read(&path, reason))?;
+            let file = bounded_input::open(&path, MAX_TABLE).map_err(|reason| RecordError::read(&path, reason))?;
             if let Some(sources) = checkpoint.sources(R::TABLE, file) {
                 return TableReader::of(path, At::default(), column::columns(), sources);
             }

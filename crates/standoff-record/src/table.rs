@@ -216,7 +216,7 @@ fn refusal<R: Row>(row: &R, Fault { column, what }: Fault) -> RecordError {
 
 /// Opens a Parquet file.
 pub fn source(path: &Path) -> Result<Source, RecordError> {
-    let file = bounded_input::open_file(path, MAX_TABLE).map_err(|reason| RecordError::read(path, reason))?;
+    let file = bounded_input::open(path, MAX_TABLE).map_err(|reason| RecordError::read(path, reason))?;
     Source::open(file).map_err(|error| RecordError::parquet_read(path, error))
 }
 

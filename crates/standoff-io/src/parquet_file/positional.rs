@@ -8,9 +8,11 @@ use bytes::Bytes;
 use parquet::errors::Result;
 use parquet::file::reader::{ChunkReader, Length};
 
+use crate::bounded_input::Input;
+
 /// An open file that is read at explicit offsets.
 #[derive(Debug)]
-pub(super) struct Positional(pub(super) Arc<File>);
+pub(super) struct Positional(pub(super) Arc<Input>);
 
 #[cfg(unix)]
 fn read_at(file: &File, buffer: &mut [u8], at: u64) -> io::Result<usize> {
@@ -29,13 +31,20 @@ fn read_at(_: &File, _: &mut [u8], _: u64) -> io::Result<usize> {
 
 /// A sequential reader with its own offset.
 pub(super) struct From {
-    file: Arc<File>,
+    file: Arc<Input>,
     at: u64,
 }
 
 impl Read for From {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        let read = read_at(&self.file, buffer, self.at)?;
+        let read = match &*self.file {
+            Input::Disk(file) => read_at(file, buffer, self.at)?,
+            Input::Given(bytes) => {
+                let bytes = bytes.get_ref();
+                let at = usize::try_from(self.at).map_or(bytes.len(), |at| at.min(bytes.len()));
+                (&bytes[at..]).read(buffer)?
+            }
+        };
         self.at += read as u64;
         Ok(read)
     }
@@ -43,7 +52,10 @@ impl Read for From {
 
 impl Length for Positional {
     fn len(&self) -> u64 {
-        self.0.metadata().map_or(0, |metadata| metadata.len())
+        match &*self.0 {
+            Input::Disk(file) => file.metadata().map_or(0, |metadata| metadata.len()),
+            Input::Given(bytes) => bytes.get_ref().len() as u64,
+        }
     }
 }
 

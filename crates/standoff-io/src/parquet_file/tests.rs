@@ -78,7 +78,7 @@ fn an_embedded_file_is_read_like_a_separate_file() {
     assert_eq!((rows, x_m.len(), x_m[79]), (80, 80, 39.0));
     let within = [b"something before it".as_slice(), &valid].concat();
     let footer = Footer::at_end_of(&valid, 19).unwrap();
-    let source = || Source::with_footer(Arc::new(file(&within)), &footer);
+    let source = || Source::with_footer(Arc::new(file(&within).into()), &footer);
     assert_eq!(read([source(), source()]).unwrap().0, 160);
     assert!(Footer::at_end_of(&valid[..9], 0).is_err());
 }

@@ -249,7 +249,7 @@ fn save(dir: &Path, name: &str, text: &str) -> Result<(), RecordError> {
 
 fn checksum(path: &Path) -> Result<u32, RecordError> {
     let unreadable = |reason| RecordError::read(path, reason);
-    let mut file = bounded_input::open_file(path, MAX_TABLE).map_err(unreadable)?;
+    let mut file = bounded_input::open(path, MAX_TABLE).map_err(unreadable)?;
     let (mut crc, mut bytes) = (crc32fast::Hasher::new(), vec![0; 1 << 16]);
     loop {
         match file.read(&mut bytes).map_err(unreadable)? {
