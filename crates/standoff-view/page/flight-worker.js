@@ -27,7 +27,7 @@ const calls = {
     await prepare(engine, files);
     flight = new wasm_bindgen.Flight(request);
     setTimeout(() => fly(4));
-    return [flight.head(), flight.warnings()];
+    return [flight.head(), flight.warnings(), flight.values()];
   },
   async beginSeeds(engine, files, request) {
     await prepare(engine, files);

@@ -1,7 +1,11 @@
 // The page that flies missions: its controls, and the data of a mission that a worker flies.
 
-/** Settings with a control of their own: scenario key, label, unit, and range. An empty field keeps the value of the scenario. */
+/**
+ * Settings with a control of their own: scenario key, label, unit, and range, or labels by value. An empty control keeps the
+ * value of the scenario.
+ */
 const FLIGHT_SETTINGS = [
+  ["guidance.law", "Law", "", { '"standoff"': "standoff", '"oh-2015"': "oh-2015 (the paper's)" }],
   ["uavs.speed_m_s", "Speed", "m/s", 5, 200],
   ["orbit.radius_min_m", "Radius, min.", "m", 20, 5000],
   ["orbit.radius_max_m", "Radius, max.", "m", 20, 10000],
@@ -11,6 +15,7 @@ const FLIGHT_SETTINGS = [
   ["radio.packet_loss", "Packet loss", "0 to 1", 0, 0.9],
   ["radio.latency_s", "Latency", "s", 0, 5],
   ["wind.speed_m_s", "Wind", "m/s", 0, 60],
+  ["world", "Buildings", "", { "{}": "none" }],
 ];
 
 /** Names of map files; other files are traffic. */
@@ -60,7 +65,7 @@ class FlightSource {
 
   /** Starts the worker and the mission; the error is the message of the loader. */
   async begin(request) {
-    [this.first, this.warnings] = await this.start("begin", request);
+    [this.first, this.warnings, this.values] = await this.start("begin", request);
   }
 
   /** Starts the worker with a mission or a batch. */
@@ -145,6 +150,30 @@ function openRequest({ scenario, text, set, traffic, maps, uavs, seed }, isCompa
   location.search = to;
 }
 
+/** The control of a setting: a number from `least` to `most`, or one of the values that label `least`. */
+function flightField(key, unit, least, most) {
+  if (typeof least === "number") {
+    const title = `${key}, ${least} to ${most} ${unit}; empty: as in the scenario`;
+    return Object.assign(document.createElement("input"), { type: "number", min: least, max: most, step: "any", title });
+  }
+  const field = Object.assign(document.createElement("select"), { title: key });
+  field.append(new Option("as in the scenario", ""), ...Object.entries(least).map(([value, text]) => new Option(text, value)));
+  return field;
+}
+
+/** The controls of settings by key. */
+let flightFields = new Map();
+
+/** Shows the values of the scenario, by key, in the controls that are empty. */
+function showDefaults(values) {
+  for (const [key, field] of flightFields) {
+    if (field.value !== "") continue;
+    const text = values[key] ?? "none";
+    if (field.options) field.options[0].text = `${text} (scenario)`;
+    else field.placeholder = text;
+  }
+}
+
 /** Fills in the controls for a mission, and connects them; `texts` are the built-in scenarios by name. */
 function connectFlight(request, texts) {
   const scenario = element("flight-scenario");
@@ -156,9 +185,8 @@ function connectFlight(request, texts) {
   const isCompared = element("flight-compared");
   isCompared.checked = isFlightCompared();
   const values = new Map(request.set.map((change) => [change.slice(0, change.indexOf("=")), change.slice(change.indexOf("=") + 1)]));
-  const fields = FLIGHT_SETTINGS.map(([key, label, unit, min, max]) => {
-    const title = `${key}, ${min} to ${max} ${unit}; empty: as in the scenario`;
-    const field = Object.assign(document.createElement("input"), { type: "number", min, max, step: "any", title });
+  const fields = FLIGHT_SETTINGS.map(([key, label, unit, ...range]) => {
+    const field = flightField(key, unit, ...range);
     field.value = values.get(key) ?? "";
     values.delete(key);
     const frame = document.createElement("label");
@@ -166,6 +194,7 @@ function connectFlight(request, texts) {
     element("flight-settings").append(frame);
     return [key, field];
   });
+  flightFields = new Map(fields);
   element("flight-set").value = [...values].map(([key, value]) => `${key}=${value}`).join("\n");
   element("flight-text").value = request.text ?? "";
   element("flight-copy-text").addEventListener("click", () => (element("flight-text").value = texts[scenario.value]));
@@ -237,8 +266,7 @@ async function flyBatch(request, count) {
 
 /** Shows the means of a batch with their 95 % confidence intervals. */
 function showBatchTable(rows) {
-  const shown = (value) => (value === null || value === undefined ? "" : String(Number(value.toPrecision(4))));
-  const cells = ({ label, unit, n, mean, ci95 }) => [label, shown(mean), ci95 ? `${shown(ci95[0])} to ${shown(ci95[1])}` : "", unit, String(n)];
+  const cells = ({ label, unit, n, mean, ci95 }) => [label, formatNumber(mean), interval(ci95), unit, String(n)];
   const line = (texts, kind) => {
     const row = document.createElement("tr");
     row.append(...texts.map((text) => Object.assign(document.createElement(kind), { textContent: text })));
@@ -273,5 +301,6 @@ async function showFlight() {
     return;
   }
   element("flight-note").textContent = sources[0].warnings;
+  showDefaults(JSON.parse(sources[0].values));
   await showReplay(sources);
 }

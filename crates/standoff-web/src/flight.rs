@@ -4,6 +4,7 @@ use std::cell::RefCell;
 use std::fmt::Display;
 use std::io::{Cursor, Write};
 
+use serde_json::{Map, Value};
 use standoff_app::{Maps, lines, manifest};
 use standoff_record::{Manifest, MemoryRecord};
 use standoff_score::{FrameScorer, MetricSelection, Scorer, SelectedMetrics};
@@ -32,6 +33,8 @@ pub struct Flight {
     encoder: Encoder,
     head: Head,
     warnings: Vec<String>,
+    /// Values of the scenario by key.
+    values: Map<String, Value>,
     record: Option<MemoryRecord>,
     /// Names and bytes of the files of the finished record.
     files: Vec<(String, Vec<u8>)>,
@@ -69,6 +72,7 @@ impl Flight {
             record,
             files: Vec::new(),
             warnings: warnings.into_inner(),
+            values: values_of(&scenario)?,
             scorer: Scorer::new(mission.score_config(), MetricSelection::standard()),
             settings: scenario.settings,
             mission,
@@ -89,6 +93,12 @@ impl Flight {
     #[must_use]
     pub fn warnings(&self) -> String {
         self.warnings.join("\n")
+    }
+
+    /// Values of the scenario by key, as a JSON object of texts.
+    #[must_use]
+    pub fn values(&self) -> String {
+        Value::from(self.values.clone()).to_string()
     }
 
     /// Gzip of the background map; `undefined` if there is none.
@@ -168,6 +178,23 @@ impl Flight {
         }
         Ok(())
     }
+}
+
+/// Values of all keys that are no lists, as texts; that of `world` is the number of its buildings.
+fn values_of(scenario: &Scenario) -> Result<Map<String, Value>, String> {
+    let tables: toml::Table = scenario.resolved().map_err(message_of)?.parse().map_err(message)?;
+    let mut values = Map::new();
+    for (table, keys) in tables {
+        for (key, value) in keys.as_table().into_iter().flatten().filter(|(_, value)| !value.is_array()) {
+            let text = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+            values.insert(format!("{table}.{key}"), text.into());
+        }
+    }
+    let count = scenario.settings.buildings.all().len();
+    if count > 0 {
+        values.insert("world".to_owned(), format!("{count} buildings").into());
+    }
+    Ok(values)
 }
 
 /// Starts the record of a mission.
