@@ -6,6 +6,7 @@ use std::thread;
 use clap::Parser;
 use standoff_app::{Failure, format_errors, lines, of_batch, of_record, report_end, settings_of, warn};
 use standoff_io::atomic_file;
+use standoff_io::bounded_input;
 use standoff_io::display_text;
 use standoff_record::{Frame, Record};
 use standoff_score::{MetricSelection, Scorer, SelectedMetrics};
@@ -31,6 +32,7 @@ Examples:
   standoff view standoff-out/batch                show a batch of runs
   standoff view batch-a batch-b                   compare batches
   standoff view mine-1 --map town.net.xml.gz      show it on a road map
+  standoff view fly.html                          serve the page of docs/user/browser.md
   standoff run traffic/city --view                show it while it flies";
 
 /// Options of `standoff view`.
@@ -38,8 +40,9 @@ Examples:
 pub(crate) struct Args {
     /// What to show: one run, two runs side by side, or the folders of one or more Monte Carlo batches, which are
     /// compared. A run is the folder of a recorded run, or the name of a built-in scenario or a scenario file, which is
-    /// then flown [default: improved/figure-9; with --traffic, the settings of traffic/convoy].
-    #[arg(value_name = "DIR|SCENARIO")]
+    /// then flown [default: improved/figure-9; with --traffic, the settings of traffic/convoy]. Or the page that flies
+    /// missions in the browser.
+    #[arg(value_name = "DIR|SCENARIO|PAGE")]
     what: Vec<String>,
     #[command(flatten)]
     changes: OverrideArgs,
@@ -59,6 +62,7 @@ pub(crate) fn view(args: &Args) -> Result<(), Failure> {
     let is_run = |dir: &Path| dir.join("run.json").exists() || !dir.is_dir();
     match dirs[..] {
         [] => show(flight(None, args)?, None, args),
+        [page] if is_page(page) => serve_page(page, args),
         [one] if is_run(one) => show(run(one, args)?, None, args),
         [one, other] if is_run(one) && is_run(other) => show(run(one, args)?, Some(run(other, args)?), args),
         _ if dirs.iter().any(|dir| is_run(dir)) => {
@@ -73,6 +77,30 @@ pub(crate) fn view(args: &Args) -> Result<(), Failure> {
 /// Opens a recorded run, or prepares the flight of a scenario.
 fn run(what: &Path, args: &Args) -> Result<Shown, Failure> {
     if what.join("run.json").exists() { record(what, args) } else { flight(what.to_str(), args) }
+}
+
+/// Maximum size of the page that flies missions.
+const PAGE_BYTES_MAX: u64 = 100 << 20;
+
+fn is_page(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("html"))
+}
+
+/// Serves the page that flies missions.
+fn serve_page(path: &Path, args: &Args) -> Result<(), Failure> {
+    let failure = |what: &str| Failure::Input(format!("{}: {what}", display_text::path(path)));
+    if !args.changes.is_empty() || args.seed.is_some() || args.served.has_tiles() {
+        return Err(failure("a page takes no --traffic, --uavs, --set, --seed and --tiles: it has its own controls"));
+    }
+    let file = bounded_input::bytes(path, PAGE_BYTES_MAX)
+        .map_err(|reason| failure(&bounded_input::cannot_be_read(&reason)))?;
+    let site = site::of_flight_page(file)
+        .ok_or_else(|| failure("it is not a page that flies missions, as scripts/build_web makes it"))?;
+    let interruption = Interruption::install()?;
+    let _server = args.served.serve(site, print)?;
+    note("Press Ctrl-C to stop.");
+    interruption.wait(None);
+    Ok(())
 }
 
 /// Serves one or two runs; the page shows them while they are still being flown or read.

@@ -103,7 +103,7 @@ const REPORT_POLICY: &str = "default-src 'none'; script-src 'unsafe-inline' blob
                              img-src data: blob:; base-uri 'none'; form-action 'none'";
 
 /// Content security policy of the page that flies missions: also its worker may run, and WebAssembly.
-const FLIGHT_POLICY: &str = "default-src 'none'; script-src 'unsafe-inline' 'wasm-unsafe-eval' blob:; worker-src blob:; \
+pub(crate) const FLIGHT_POLICY: &str = "default-src 'none'; script-src 'unsafe-inline' 'wasm-unsafe-eval' blob:; worker-src blob:; \
                              style-src 'unsafe-inline'; img-src data: blob:; base-uri 'none'; form-action 'none'";
 
 /// Makes the replay page of a run as one file that opens from disk without a network.
@@ -180,7 +180,7 @@ fn begin(body: &str, policy: &str) -> String {
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta http-equiv=\"Content-Security-Policy\" content=\"{policy}\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <title>standoff</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n{body}"
+         <title>standoff</title>\n<link rel=\"icon\" href=\"data:,\">\n<style>\n{STYLE}</style>\n</head>\n<body>\n{body}"
     )
 }
 

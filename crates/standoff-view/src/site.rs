@@ -11,7 +11,7 @@ use axum::routing::get;
 
 use crate::Bytes;
 use crate::batch::Batch;
-use crate::page::{BATCH, CHARTS, REPLAY, SCRIPT, STYLE};
+use crate::page::{BATCH, CHARTS, FLIGHT_POLICY, REPLAY, SCRIPT, STYLE};
 use crate::replay::{Replay, gzip};
 use crate::serve::{NOT_FOUND, Resource, ServerState, Site, policy_with_images};
 use crate::tiles::TileServer;
@@ -65,6 +65,17 @@ pub fn of_batch(
     Ok(with_assets(served_batch()).route("/batch.json", get(async || data)).route("/run/{*path}", get(run)))
 }
 
+/// Makes a site of the page that flies missions, `None` if the file is not one; see [`flight_page`](crate::page::flight_page).
+pub fn of_flight_page(file: Vec<u8>) -> Option<Site> {
+    const ENGINE: &[u8] = b"data-part=\"engine\"";
+    if !file.windows(ENGINE.len()).any(|bytes| bytes == ENGINE) {
+        return None;
+    }
+    let html = Resource { kind: "text/html; charset=utf-8", body: file.into(), gzip: false };
+    let page = ServedPage { html, policy: Some(HeaderValue::from_static(FLIGHT_POLICY)) };
+    Some(Site::new().route("/", get(async || page)))
+}
+
 /// Identifies a run: index of the batch, and seed.
 type RunKey = (usize, u64);
 /// Re-flies a run from batch index and seed; `None` if that is not possible.
@@ -114,7 +125,7 @@ fn parse_run(path: &str) -> Option<(RunKey, &str)> {
         .then_some((which, parts.next()?))
 }
 
-/// A served page, and the content security policy that it needs if it shows tiles.
+/// A served page, and its content security policy if it needs one of its own.
 #[derive(Debug, Clone)]
 struct ServedPage {
     html: Resource,

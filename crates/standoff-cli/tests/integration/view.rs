@@ -273,12 +273,16 @@ fn invalid_view_arguments_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     fs::create_dir(folder.path().join("empty")).unwrap();
     fs::create_dir(folder.path().join("half.partial")).unwrap();
+    fs::write(folder.path().join("other.html"), "<!DOCTYPE html>").unwrap();
     let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
     let taken = taken.local_addr().unwrap().to_string();
     for (args, status, expected) in [
         (&["view", "empty"][..], 2, "empty"),
         (&["view", "no/such"], 2, "no/such: no results folder, scenario file or built-in scenario"),
         (&["view", "no/such-1+guidance.lead_s=0"], 2, "such-1+guidance.lead_s=0: no results folder, scenario file"),
+        (&["view", "no/fly.html"], 2, "no/fly.html: cannot be read"),
+        (&["view", "other.html"], 2, "other.html: it is not a page that flies missions"),
+        (&["view", "other.html", "--seed", "3"], 2, "it has its own controls"),
         (&["view", "half/"], 2, "an unfinished run is in half.partial"),
         (&["view", "--listen", "nowhere"], 2, "--listen"),
         (&["view", "--listen", &taken], 1, &taken),
