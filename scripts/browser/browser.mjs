@@ -1,14 +1,16 @@
-// Helpers for tests in Chromium: opening reports from disk without network access, and reading the page.
+// Helpers for tests in Chromium, or in Firefox if $FIREFOX is its path: opening reports from disk without network access, and reading the page.
 
 import assert from "node:assert/strict";
-import { existsSync } from "node:fs";
+import { existsSync, mkdtempSync, readdirSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
 import { join } from "node:path";
+import { setTimeout as pause } from "node:timers/promises";
 import { pathToFileURL } from "node:url";
 
-import { chromium } from "playwright-core";
+import { chromium, firefox } from "playwright-core";
 
 const FLIGHTS = process.env.STANDOFF_FLIGHTS;
-const CHROMIUM = process.env.CHROMIUM;
+const { CHROMIUM, FIREFOX } = process.env;
 assert.ok(FLIGHTS && CHROMIUM, "STANDOFF_FLIGHTS and CHROMIUM must be set: start the tests with scripts/check_in_browser");
 
 /** Timeout of browser operations on a busy machine, ms. */
@@ -25,10 +27,12 @@ export function folder(flight) {
 }
 
 let launched;
+/** Folder in which Firefox saves files. */
+let downloads;
 
 /** Returns the browser, which is launched once. */
 export function browser() {
-  launched ??= chromium.launch({
+  launched ??= FIREFOX ? launchFirefox() : chromium.launch({
     executablePath: CHROMIUM,
     chromiumSandbox: process.getuid() !== 0,
     // WebGL without a graphics card.
@@ -37,9 +41,32 @@ export function browser() {
   return launched;
 }
 
+function launchFirefox() {
+  downloads = mkdtempSync(join(tmpdir(), "standoff-downloads-"));
+  return firefox.launch({ channel: "moz-firefox", executablePath: FIREFOX, downloadsPath: downloads });
+}
+
 /** Closes the browser. */
 export async function closeBrowser() {
   await (await launched)?.close();
+  if (downloads) rmSync(downloads, { recursive: true, force: true });
+}
+
+/** The name and the path of the file that the page saves when `begin` is called. */
+export async function downloaded(page, begin) {
+  if (!FIREFOX) {
+    const [download] = await Promise.all([page.waitForEvent("download"), begin()]);
+    return { name: download.suggestedFilename(), path: await download.path() };
+  }
+  // Playwright announces no downloads of Firefox.
+  const files = () => readdirSync(downloads, { recursive: true, withFileTypes: true }).filter((file) => file.isFile());
+  const before = files().length;
+  await begin();
+  for (const deadline = Date.now() + TIMEOUT_MS; files().length === before || files().some(({ name }) => name.endsWith(".part")); await pause(100)) {
+    assert.ok(Date.now() < deadline, "Firefox saved no file");
+  }
+  const { name, parentPath } = files().at(-1);
+  return { name, path: join(parentPath, name) };
 }
 
 /** Opens an empty page; `complaints` collects everything that a report must not do: errors, requests, dialogs, new windows. */

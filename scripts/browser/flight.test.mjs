@@ -1,4 +1,4 @@
-// The page that flies missions, opened from disk in Chromium without network access.
+// The page that flies missions, opened from disk in Chromium or Firefox without network access.
 
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
@@ -8,8 +8,10 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, test } from "node:test";
 import { pathToFileURL } from "node:url";
+import { gzipSync } from "node:zlib";
 
-import { TIMEOUT_MS, closeBrowser, emptyPage } from "./browser.mjs";
+import { TIMEOUT_MS, closeBrowser, downloaded, emptyPage, folder } from "./browser.mjs";
+import { openServed, serving } from "./serving.mjs";
 
 const { STANDOFF, STANDOFF_WEB } = process.env;
 assert.ok(STANDOFF && STANDOFF_WEB, "STANDOFF and STANDOFF_WEB must be set: start the tests with scripts/check_in_browser");
@@ -68,7 +70,7 @@ function flownBy(page, requests) {
           if (call) worker.postMessage({ id, call, values });
         });
       const ended = call(0);
-      const given = (request.files ?? []).map(([name, text]) => [name, new TextEncoder().encode(text)]);
+      const given = (request.files ?? []).map(([name, base64]) => [name, Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0))]);
       await call(1, "begin", engine, given, JSON.stringify({ ...request, files: undefined, is_recorded: true }));
       await ended;
       all.push({ metrics: JSON.parse(await call(2, "metrics")), files: await files(await call(3, "record")) });
@@ -107,15 +109,43 @@ test("every built-in scenario gives the metrics and the record of the command to
   });
 });
 
-test("traffic in degrees gives the record of the command to the last bit", async () => {
-  const row = (t, k) => `${t},car ${k},${44.5 + 0.001 * k + 0.00007 * t},${11.3 - 0.0013 * k + 0.00003 * t * k}\n`;
-  const rows = Array.from({ length: 61 }, (_, t) => [0, 1, 2, 3].map((k) => row(t, k)).join(""));
-  const text = `t,id,lat,lon\n${rows.join("")}`;
-  writeFileSync(join(home, "degrees.csv"), text);
-  const request = { scenario: "traffic/convoy", traffic: ["degrees.csv"], files: [["degrees.csv", text]], seed: "1" };
+/** Traffic and maps of the kinds that people have, each a list of files with their contents. */
+function ownTraffic() {
+  const times = Array.from({ length: 61 }, (_, t) => t);
+  const each = (count, text) => Array.from({ length: count }, (_, k) => text(k)).join("");
+  const place = (t, k) => [44.5 + 0.001 * k + 0.00007 * t, 11.3 - 0.0013 * k + 0.00003 * t * k];
+  const degrees = times.map((t) => each(4, (k) => `${t},car ${k},${place(t, k).join()}\n`));
+  const point = (t, k) => `<trkpt lat="${place(t, k)[0]}" lon="${place(t, k)[1]}"><time>2026-07-01T10:00:${String(t).padStart(2, "0")}Z</time></trkpt>`;
+  const tracks = each(3, (k) => `<trk><name>van ${k}</name><trkseg>${times.slice(0, 60).map((t) => point(t, k)).join("")}</trkseg></trk>`);
+  const vehicle = (t, k) => `<vehicle id="v${k}" x="${(100 * (k % 25) + 7 * t).toFixed(2)}" y="${100 * Math.floor(k / 25)}" angle="90" speed="7"/>`;
+  const fcd = times.slice(0, 31).map((t) => `<timestep time="${t}">${each(500, (k) => vehicle(t, k))}</timestep>`);
+  const lane = '<edge id="a" from="b" to="c"><lane id="a_0" index="0" speed="14" length="900" shape="0,0 900,0"/></edge>';
+  const net = (location) => `<net version="1.20"><location ${location}/>${lane}</net>`;
+  const utm = 'netOffset="-679000,-4928000" convBoundary="0,0,900,900" origBoundary="11,44,12,45" projParameter="+proj=utm +zone=32 +ellps=WGS84 +datum=WGS84 +units=m +no_defs"';
+  const plain = 'netOffset="0,0" convBoundary="0,0,900,900" origBoundary="0,0,900,900" projParameter="!"';
+  return [
+    [["degrees.csv", `t,id,lat,lon\n${degrees.join("")}`]],
+    [["degrees.csv", `t,id,lat,lon\n${degrees.join("")}`], ["utm.net.xml", net(utm)]],
+    [["walk.gpx", `<gpx version="1.1" xmlns="http://www.topografix.com/GPX/1/1">${tracks}</gpx>`]],
+    [["fcd.xml.gz", gzipSync(`<fcd-export>${fcd.join("")}</fcd-export>`)], ["town.net.xml.gz", gzipSync(net(plain))]],
+    [["fcd.parquet", readFileSync(join(folder("."), "fcd.parquet"))]],
+  ];
+}
+
+test("traffic of every format gives the record of the command to the last bit", async () => {
+  const all = ownTraffic();
+  const requests = all.map((files) => {
+    files.forEach(([name, contents]) => writeFileSync(join(home, name), contents));
+    const [traffic, ...maps] = files.map(([name]) => name);
+    const given = files.map(([name, contents]) => [name, Buffer.from(contents).toString("base64")]);
+    return { scenario: "traffic/convoy", traffic: [traffic], maps, files: given, seed: "1" };
+  });
   await opened({}, async (page) => {
-    const [flight] = await flownBy(page, [request]);
-    assert.deepEqual(flight, flownByCommand("traffic/convoy", "--traffic", "degrees.csv"));
+    for (const [k, flight] of (await flownBy(page, requests)).entries()) {
+      const { traffic, maps } = requests[k];
+      const map = maps.flatMap((name) => ["--map", name]);
+      assert.deepEqual(flight, flownByCommand("traffic/convoy", "--traffic", ...traffic, ...map), traffic[0]);
+    }
   });
 });
 
@@ -133,14 +163,50 @@ test("a changed control flies again and is in the link, with the results of the 
   });
 });
 
+test("empty controls show the values of the scenario", async () => {
+  await opened({ scenario: "traffic/town", set: "sensor.range_sd_m=3" }, async (page) => {
+    await flown(page);
+    await page.locator("#flight summary", { hasText: "Settings" }).click();
+    assert.equal(await page.getByLabel("Range noise").inputValue(), "3");
+    assert.equal(await page.getByLabel("Bearing noise").getAttribute("placeholder"), "3");
+    assert.equal(await page.getByLabel("Packet loss").getAttribute("placeholder"), "none");
+    assert.match(await page.getByTitle("world", { exact: true }).locator("option").first().textContent(), /^\d+ buildings \(scenario\)$/);
+    await page.getByTitle("guidance.law", { exact: true }).selectOption("oh-2015 (the paper's)");
+    await page.waitForURL(/guidance\.law%3D%22oh-2015%22/);
+    await flown(page);
+    await page.locator("#flight summary", { hasText: "Settings" }).click();
+    await page.getByTitle("world", { exact: true }).selectOption("none");
+    await page.waitForURL(/world%3D%7B%7D/);
+    await flown(page);
+  });
+});
+
+test("the page is served by standoff view", async () => {
+  const view = await serving("view", STANDOFF_WEB);
+  const { page, complaints, close } = await openServed(`${view.address}/?scenario=tour/02-two-uavs`);
+  await flown(page);
+  assert.equal(await page.title(), "tour/02-two-uavs, seed 1 – standoff");
+  assert.deepEqual(complaints, []);
+  await close();
+  await view.end();
+});
+
+test("the missions of the book fly", async () => {
+  const docs = new URL("../../docs/", import.meta.url);
+  const pages = readdirSync(docs, { recursive: true }).filter((name) => name.endsWith(".md"));
+  const missions = pages.flatMap((name) => [...readFileSync(new URL(name, docs), "utf8").matchAll(/data-mission="([^"]*)"/g)]);
+  assert.ok(missions.length > 5);
+  for (const [, mission] of missions) await opened(mission.replaceAll("&amp;", "&"), flown);
+});
+
 test("the record is saved and can be reported", async () => {
   await opened({ scenario: "tour/02-two-uavs" }, async (page) => {
     await flown(page);
-    const [download] = await Promise.all([page.waitForEvent("download"), page.getByRole("button", { name: "Save record" }).click()]);
-    assert.equal(download.suggestedFilename(), "tour-02-two-uavs-1.zip");
-    const folder = join(home, "saved");
-    execFileSync("python3", ["-m", "zipfile", "-e", await download.path(), folder]);
-    assert.match(execFileSync(STANDOFF, ["report", folder], { encoding: "utf8", stdio: ["ignore", "pipe", "ignore"] }), /custody/);
+    const { name, path } = await downloaded(page, () => page.getByRole("button", { name: "Save record" }).click());
+    assert.equal(name, "tour-02-two-uavs-1.zip");
+    const saved = join(home, "saved");
+    execFileSync("python3", ["-m", "zipfile", "-e", path, saved]);
+    assert.match(execFileSync(STANDOFF, ["report", saved], { encoding: "utf8", stdio: ["ignore", "pipe", "ignore"] }), /custody/);
   });
 });
 
@@ -154,7 +220,7 @@ test("a batch shows the means of the command", async () => {
     await page.getByRole("button", { name: "Fly the batch" }).click();
     const row = page.locator("#flight-batch tr", { has: page.getByText("standoff error", { exact: true }) });
     await row.waitFor();
-    const shown = (value) => String(Number(value.toPrecision(4)));
+    const shown = (value) => value.toFixed(value < 10 ? 3 : 2);
     assert.deepEqual(await row.locator("td").allTextContents(), ["standoff error", shown(mean), `${shown(ci95[0])} to ${shown(ci95[1])}`, "m", "20"]);
   });
 });
