@@ -260,13 +260,24 @@ test("own traffic is flown, also after the page was loaded again, and stays in t
   writeFileSync(file, `t,id,x,y\n${rows.join("")}`);
   await opened({}, async (page) => {
     await flown(page);
-    await page.getByLabel("Own traffic").setInputFiles(file);
+    await page.getByLabel("Own files").setInputFiles(file);
     await page.waitForURL(/traffic=cars\.csv/);
     await flown(page);
     assert.equal(await page.title(), "cars, seed 1 – standoff");
     await page.reload();
     await flown(page);
     assert.equal(await page.locator("#flight-files").textContent(), "cars.csv");
+  });
+  // A scenario file with traffic, named like the command names them.
+  const scenario = join(home, "mine.toml");
+  writeFileSync(scenario, 'duration_s = 30\nuavs.count = 2\ntraffic.file = "cars.csv"\n');
+  await opened({}, async (page) => {
+    await flown(page);
+    await page.getByLabel("Own files").setInputFiles(scenario);
+    await page.locator("#flight-error", { hasText: "cars.csv: cannot be read: drop this file on the page, too" }).waitFor();
+    await page.getByLabel("Own files").setInputFiles(file);
+    await flown(page);
+    assert.equal(await page.title(), "mine, seed 1 – standoff");
   });
   await opened({ scenario: "traffic/convoy", traffic: "cars.csv" }, async (page) => {
     await page.locator("#flight-error", { hasText: "cars.csv: this browser does not have the file" }).waitFor();

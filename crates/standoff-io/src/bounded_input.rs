@@ -56,7 +56,11 @@ pub fn open(path: &Path, most: u64) -> io::Result<Input> {
 }
 
 fn open_on_disk(path: &Path, most: u64) -> io::Result<File> {
-    let found = fs::metadata(path)?;
+    let found = fs::metadata(path).map_err(|reason| match reason.kind() {
+        // A page has no file system.
+        io::ErrorKind::Unsupported => io::Error::new(io::ErrorKind::NotFound, "drop this file on the page, too"),
+        _ => reason,
+    })?;
     if !found.is_file() {
         let pipe = "it is a pipe or a device, not a file; write its contents to a file";
         return Err(io::Error::other(if found.is_dir() { "it is a folder, not a file" } else { pipe }));

@@ -6,10 +6,22 @@ const SLICE_MS = 40;
 
 let flight = null;
 
+/** The message of an error. A trap of WebAssembly has no message of its own. */
+function messageOf(error) {
+  if (!(error instanceof WebAssembly.RuntimeError)) return String(error?.message ?? error);
+  return `error: the simulator has stopped (${error.message}): it ran out of memory, or a file is damaged`;
+}
+
 /** Flies for one slice, announces the progress, and continues after the calls that wait. */
 function fly(steps) {
   const begun_ms = performance.now();
-  const state = JSON.parse(flight.advance(steps));
+  let state;
+  try {
+    state = JSON.parse(flight.advance(steps));
+  } catch (error) {
+    postMessage({ failure: messageOf(error) });
+    return;
+  }
   const took_ms = performance.now() - begun_ms;
   postMessage({ state });
   if (!state.done) setTimeout(() => fly(Math.min(1000, Math.max(1, Math.round((steps * SLICE_MS) / Math.max(took_ms, 1))))));
@@ -46,6 +58,6 @@ onmessage = async ({ data: { id, call, values } }) => {
   try {
     postMessage({ id, value: await calls[call](...values) });
   } catch (error) {
-    postMessage({ id, error: String(error?.message ?? error) });
+    postMessage({ id, error: messageOf(error) });
   }
 };

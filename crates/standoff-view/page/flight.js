@@ -18,8 +18,9 @@ const FLIGHT_SETTINGS = [
   ["world", "Buildings", "", { "{}": "none" }],
 ];
 
-/** Names of map files; other files are traffic. */
+/** Names of map files, and of scenario files; other files are traffic. */
 const MAP_NAME = /\.(net\.xml|geojson|json)(\.gz)?$/i;
+const SCENARIO_NAME = /\.toml$/i;
 
 /** Files that the user has dropped on the page. They stay in the browser, so that the page can load again. */
 const droppedFiles = {
@@ -32,6 +33,12 @@ const droppedFiles = {
   async put(file) {
     const bytes = new Uint8Array(await file.arrayBuffer());
     await answerOf((await this.store("readwrite")).put(bytes, file.name));
+  },
+
+  /** The names of all files that a scenario file mentions. */
+  async mentioned(text) {
+    const names = text ? await answerOf((await this.store("readonly")).getAllKeys()) : [];
+    return names.filter((name) => text.includes(name));
   },
 
   /** The bytes of a file; an error if this browser does not have it. */
@@ -71,14 +78,19 @@ class FlightSource {
   /** Starts the worker with a mission or a batch. */
   async start(call, request) {
     workerParts ??= Promise.all([unpackedPart("engine").then(WebAssembly.compile), unpackedPart("worker")]);
-    const files = await Promise.all([...request.traffic, ...request.maps].map(async (name) => [name, await droppedFiles.get(name)]));
+    const names = [...request.traffic, ...request.maps, ...(await droppedFiles.mentioned(request.text))];
+    const files = await Promise.all(names.map(async (name) => [name, await droppedFiles.get(name)]));
     const [engine, script] = await workerParts;
     this.worker = new Worker(URL.createObjectURL(new Blob([script], { type: "text/javascript" })));
     this.worker.onmessage = ({ data }) => this.take(data);
     return this.call(call, engine, files, JSON.stringify(request));
   }
 
-  take({ id, value, error, state }) {
+  take({ id, value, error, state, failure }) {
+    if (failure) {
+      element("flight-error").textContent = failure;
+      return;
+    }
     if (state) {
       this.state = state;
       this.announce?.(state);
@@ -204,7 +216,8 @@ function connectFlight(request, texts) {
     const text = element("flight-text").value.trim() || null;
     const uavs = element("flight-uavs").value || null;
     // A scenario file of the user is not the built-in scenario.
-    openRequest({ ...request, scenario: text ? "mine" : scenario.value, text, set, uavs, seed: seed.value.trim(), ...change }, isCompared.checked);
+    const named = texts[request.scenario] ? "mine" : request.scenario;
+    openRequest({ ...request, scenario: text ? named : scenario.value, text, set, uavs, seed: seed.value.trim(), ...change }, isCompared.checked);
   };
   element("flight").addEventListener("submit", (event) => {
     event.preventDefault();
@@ -214,11 +227,18 @@ function connectFlight(request, texts) {
   for (const control of [element("flight-uavs"), isCompared, ...fields.map(([, field]) => field)]) control.addEventListener("change", () => fly());
   connectDrop(async (files) => {
     await Promise.all(files.map((file) => droppedFiles.put(file)));
-    const all = files.map(({ name }) => name);
+    const file = files.find(({ name }) => SCENARIO_NAME.test(name));
+    if (file) {
+      const text = await file.text();
+      openRequest({ ...request, scenario: file.name.replace(SCENARIO_NAME, ""), text, set: [], uavs: null, traffic: [], maps: [] }, false);
+      return;
+    }
+    // A file that the scenario file mentions is neither.
+    const all = files.map(({ name }) => name).filter((name) => !request.text?.includes(name));
     const maps = all.filter((name) => MAP_NAME.test(name));
     const traffic = all.filter((name) => !MAP_NAME.test(name));
     if (traffic.length) fly({ scenario: "traffic/convoy", text: null, traffic, maps });
-    else fly({ maps });
+    else fly(maps.length ? { maps } : {});
   });
 }
 
