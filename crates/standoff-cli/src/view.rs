@@ -32,7 +32,7 @@ Examples:
   standoff view standoff-out/batch                show a batch of runs
   standoff view batch-a batch-b                   compare batches
   standoff view mine-1 --map town.net.xml.gz      show it on a road map
-  standoff view fly.html                          serve the page of docs/user/browser.md
+  standoff view fly.html                          fly in the browser itself
   standoff run traffic/city --view                show it while it flies";
 
 /// Options of `standoff view`.
