@@ -10,6 +10,7 @@ use standoff_sim::monte_carlo::MonteCarloError;
 use standoff_sim::scenario::{MISTAKES_MAX, Problem, ScenarioError};
 
 /// Failure of a command or of a call from Python.
+#[derive(Debug)]
 pub enum Failure {
     /// Wrong input or usage: exit status 2.
     Input(String),

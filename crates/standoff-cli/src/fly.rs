@@ -290,7 +290,7 @@ fn key(file: &Path, link_id: u8) -> Result<SigningKey, Failure> {
 }
 
 /// Parses two numbers with a comma between them.
-fn pair(text: &str) -> Result<[f64; 2], String> {
+pub(crate) fn pair(text: &str) -> Result<[f64; 2], String> {
     let number = |part: &str| part.trim().parse().ok().filter(|number: &f64| number.is_finite());
     let numbers: Option<Vec<f64>> = text.split(',').map(number).collect();
     let error = || format!("`{text}`: must be two numbers, for example 47.4,8.5");

@@ -3,6 +3,7 @@
 mod baseline;
 mod compare;
 mod completions;
+mod export;
 mod fly;
 mod live_view;
 mod maps;
@@ -81,6 +82,9 @@ enum Command {
     /// Show a run in a browser: a map that replays it, charts and events.
     #[command(after_help = view::EXAMPLES)]
     View(view::Args),
+    /// Write a recorded run in latitude and longitude, for maps and globes: KML, GeoJSON, GPX or CZML.
+    #[command(after_help = export::EXAMPLES)]
+    Export(export::Args),
     /// Run the agent of one UAV on its companion computer, behind an ArduPlane autopilot.
     #[command(after_help = fly::EXAMPLES)]
     Fly(fly::Args),
@@ -193,6 +197,7 @@ fn run_command() -> Result<(), Failure> {
             report::show(&dir, metrics.selection(), &maps.named(), json)
         }
         Some(Command::View(args)) => view::view(&args),
+        Some(Command::Export(args)) => export::run(&args),
         Some(Command::Fly(args)) => fly::run(&args),
         Some(Command::Reproduce(args)) => reproduce::reproduce(&args),
         Some(Command::Scenarios { action }) => scenarios::run(action),
