@@ -14,7 +14,7 @@ use crate::terminal::note;
 pub(crate) const EXAMPLES: &str = "\
 Examples:
   standoff export standoff-out/city-1 --kml city.kml
-  standoff export standoff-out/improved/figure-9-1 --geojson run.geojson --gpx run.gpx \\
+  standoff export standoff-out/improved/figure-9-1 --geojson run.geojson \\
     --origin 47.4,8.5 --begin 2026-07-01T10:00:00Z";
 
 /// Options of `standoff export`.
