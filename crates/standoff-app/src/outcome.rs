@@ -200,10 +200,11 @@ impl Outcome {
                 text += &format!("{section}\n");
             }
             let Line { label, value, unit, target, .. } = &line;
-            let mut row = format!("  {label:47} {:>9}", number(*value, info.is_count));
+            let digits = if info.is_count { 0 } else { 2 };
+            let mut row = format!("  {label:47} {:>9}", number(*value, digits, unit));
             if let Some(paper) = paper_comparison {
                 let (_, factor) = MetricInfo::unit(line.metric);
-                row += &format!("{:>14}", number(paper[line.metric].map(|value| factor * value), info.is_count));
+                row += &format!("{:>14}", number(paper[line.metric].map(|value| factor * value), digits, unit));
             }
             row += &format!(" {unit:6} {target}");
             text += row.trim_end();
@@ -243,7 +244,10 @@ impl Outcome {
         let mean = self.targets_mean?;
         let is_whole = (mean - mean.round()).abs() < 0.05;
         let total = if is_whole { format!("{mean:.0}") } else { format!("{mean:.2}") };
-        Some(format!("{:.2} of {total} targets on average", share? * mean))
+        let hundredths = (share? * mean * 100.0).round();
+        // A mean that is not quite all targets does not look like it.
+        let hundredths = if share? < 1.0 { hundredths.min((mean * 100.0).round() - 1.0) } else { hundredths };
+        Some(format!("{:.2} of {total} targets on average", hundredths / 100.0))
     }
 
     /// Formats the coverage of one greedy disc per UAV; `None` without a baseline.
@@ -267,16 +271,16 @@ impl Outcome {
             "target", "custody %", "in view %", "longest gap s", "position error m", "ANEES"
         );
         for PerTarget { target, score } in &targets {
-            let percent = |share: Option<f64>| number(share.map(|share| 100.0 * share), false);
+            let percent = |share: Option<f64>| number(share.map(|share| 100.0 * share), 2, "%");
             let manoeuvres = if score.manoeuvres { "  manoeuvres" } else { "" };
             text += &format!(
                 "{:24} {:>10} {:>9} {:>13} {:>16} {:>6}{manoeuvres}\n",
                 display_text::printable(&named(target)),
                 percent(score.custody_fraction),
                 percent(score.in_view_fraction),
-                number(score.longest_out_of_view_s, false),
-                number(score.position_error_m, false),
-                number(score.anees, false)
+                number(score.longest_out_of_view_s, 2, "s"),
+                number(score.position_error_m, 2, "m"),
+                number(score.anees, 2, "")
             );
         }
         if self.per_target.len() > targets.len() {
@@ -286,7 +290,27 @@ impl Outcome {
     }
 }
 
-fn number(value: Option<f64>, is_count: bool) -> String {
-    let digits = if is_count { 0 } else { 2 };
-    value.map_or_else(|| "-".to_owned(), |value| format!("{value:.digits$}"))
+/// Formats a value. A fraction that is not quite 0 or 1 does not look like it.
+fn number(value: Option<f64>, digits: usize, unit: &str) -> String {
+    let Some(value) = value else { return "-".to_owned() };
+    match format!("{value:.digits$}") {
+        text if unit == "%" && value < 100.0 && text == "100.00" => ">99.99".to_owned(),
+        text if unit == "%" && value > 0.0 && text == "0.00" => "<0.01".to_owned(),
+        text => text,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::number;
+
+    #[test]
+    fn a_fraction_that_is_not_quite_0_or_1_does_not_look_like_it() {
+        let percent = |value| number(Some(value), 2, "%");
+        assert_eq!(
+            [99.994, 99.996, 100.0, 0.004, 0.006, 0.0].map(percent),
+            ["99.99", ">99.99", "100.00", "<0.01", "0.01", "0.00"]
+        );
+        assert_eq!((number(Some(99.996), 2, "m"), number(None, 2, "%")), ("100.00".to_owned(), "-".to_owned()));
+    }
 }

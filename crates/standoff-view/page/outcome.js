@@ -1,5 +1,12 @@
 // The metrics of the runs, and for two runs the difference.
 
+/** Formats a value. A fraction that is not quite 0 or 1 does not look like it. */
+function outcomeValue(value, unit) {
+  const text = fixed(value, 2);
+  if (unit === "%" && value > 0 && text === "0.00") return "<0.01";
+  return unit === "%" && value < 100 && text === "100.00" ? ">99.99" : text;
+}
+
 /** Shows the metrics of the runs that have ended. */
 function showOutcome({ runs }) {
   const table = element("outcome");
@@ -28,7 +35,7 @@ function showOutcome({ runs }) {
     for (const value of values) {
       const cell = row.insertCell();
       cell.dataset.metric = metric;
-      cell.textContent = fixed(value, 2);
+      cell.textContent = outcomeValue(value, line.unit);
     }
     row.insertCell().textContent = line.unit;
     row.insertCell().textContent = line.target;
