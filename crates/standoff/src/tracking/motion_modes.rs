@@ -30,6 +30,10 @@ const MANOEUVRE_FACTOR: f64 = 3.3;
 /// Rate at which manoeuvres end, 1/s.
 const MANOEUVRE_END_RATE_1_S: f64 = 0.5;
 
+/// Time for which a manoeuvre may have been hidden when it is noticed, s: until then, the detections of a neighbour were
+/// associated with the track.
+const HIDDEN_S: f64 = 1.6;
+
 /// Speed that a target can lose between two time steps, m/s: only slow targets stop.
 const STOP_SPEED_M_S: f64 = 2.0;
 
@@ -58,6 +62,8 @@ pub(crate) struct MotionTransitions {
     manoeuvring: Transition,
     /// Standard deviation of the acceleration of a manoeuvre, per axis, m/s2.
     acceleration_sd_m_s2: f64,
+    /// Standard deviation of the displacement by a hidden manoeuvre, per axis, m.
+    hidden_sd_m: f64,
     manoeuvre_rate_1_s: f64,
     stop_rate_1_s: f64,
 }
@@ -75,6 +81,7 @@ impl MotionTransitions {
             moving: *moving,
             manoeuvring,
             acceleration_sd_m_s2: manoeuvre.acceleration_sd_m_s2,
+            hidden_sd_m: 0.5 * HIDDEN_S * HIDDEN_S * manoeuvre.acceleration_sd_m_s2,
             manoeuvre_rate_1_s: params.manoeuvre_rate_1_s,
             stop_rate_1_s: params.stop_rate_1_s,
         }
@@ -152,14 +159,15 @@ impl MotionModes {
         let stopping = if can_stop { within(transitions.stop_rate_1_s) * slowness(&moving) } else { 0.0 };
         let starting = within(START_RATE_1_S);
         let (begins, ends) = (within(transitions.manoeuvre_rate_1_s), within(MANOEUVRE_END_RATE_1_S));
-        let to_manoeuvring = (moves * begins + manoeuvres * (1.0 - ends)) * (1.0 - stopping);
         let to_moving = (moves * (1.0 - begins) + manoeuvres * ends) * (1.0 - stopping);
 
         let stops = stopped_from(&moving);
         let mut rests = Mixture::about(stops.state.0);
         rests.add(flowing * stopping, &stops);
         let mut starts = Mixture::about(moving.state.0);
-        starts.add(to_manoeuvring, &predicted(&moving, &transitions.manoeuvring));
+        let manoeuvring = predicted(&moving, &transitions.manoeuvring);
+        starts.add(moves * begins * (1.0 - stopping), &displaced(manoeuvring, transitions.hidden_sd_m));
+        starts.add(manoeuvres * (1.0 - ends) * (1.0 - stopping), &manoeuvring);
         if was_stopped > 0.0 {
             starts.add(was_stopped * starting, &started_from(&stopped, transitions.acceleration_sd_m_s2));
             let mut stays = stopped;
@@ -245,6 +253,13 @@ fn slowness(moving: &Estimate) -> f64 {
 fn predicted(before: &Estimate, transition: &Transition) -> Estimate {
     let mut estimate = *before;
     estimate.predict(transition);
+    estimate
+}
+
+/// Estimate of a target that may be displaced, with this standard deviation per axis, m.
+fn displaced(mut estimate: Estimate, sd_m: f64) -> Estimate {
+    estimate.covariance[(0, 0)] += sd_m * sd_m;
+    estimate.covariance[(3, 3)] += sd_m * sd_m;
     estimate
 }
 
@@ -334,6 +349,25 @@ mod tests {
         assert_eq!((moving.0, before.state), (0.0, stopped.1.state));
         assert!((manoeuvring.0 - (1.0 - math::exp(-START_RATE_1_S * 0.5))).abs() < 1e-12);
         assert!(manoeuvring.1.covariance[(1, 1)] > 4.0 && stopped.1.covariance[(1, 1)] < 0.02);
+    }
+
+    /// A manoeuvre that begins may have displaced the target before; one that goes on was known.
+    #[test]
+    fn only_a_manoeuvre_that_begins_was_hidden() {
+        let predicted = |manoeuvring: f64| {
+            let mut modes = at_speed(14.0);
+            (modes.0[0].0, modes.0[MANOEUVRING].0) = (1.0 - manoeuvring, manoeuvring);
+            modes.predict(&transitions(), false);
+            modes.0.map(|(_, estimate)| estimate)
+        };
+        let ([moving, begun, _], [still_moving, going_on, _]) = (predicted(0.0), predicted(1.0));
+        assert_eq!(moving, still_moving);
+        let hidden_m2 = transitions().hidden_sd_m * transitions().hidden_sd_m;
+        let added = begun.covariance.matrix() - going_on.covariance.matrix();
+        let expected = Covariance::from_diagonal([hidden_m2, 0.0, 0.0, hidden_m2, 0.0, 0.0]).matrix();
+        assert!(
+            hidden_m2 > 0.0 && (added - expected).norm() < 1e-9 && (begun.state.0 - going_on.state.0).norm() < 1e-9
+        );
     }
 
     /// What is kept between time steps gives the same prediction, up to the merging of the moving models.
