@@ -21,6 +21,8 @@ test("two runs are shown at the same time, the side panel shows one of them, and
   await page.waitForSelector('[data-ready="charts"]');
   await page.waitForFunction(() => document.querySelectorAll("#outcome tbody tr").length > 5);
   assert.equal(await page.title(), "tour/02-two-uavs, seed 1 | tour/04-two-groups, seed 1 \u2013 standoff");
+  assert.equal(await page.locator("#about").textContent(),
+    "Two UAVs orbit three vehicles 90 degrees apart, with sensor noise | Four UAVs track two groups of vehicles, two UAVs per group");
 
   // Both maps show the same time.
   for (const time_s of [12, 33.5]) {
@@ -85,11 +87,12 @@ test("two runs are shown at the same time, the side panel shows one of them, and
 
 test("charts show the curves of both runs and their differences, or those of one run", limits, async () => {
   for (const [out, duration_s, seed] of [["pair-a", 40, 1], ["pair-b", 25, 2]]) {
-    execFileSync(STANDOFF, ["run", "tour/02-two-uavs", "--seed", seed, "--set", `duration_s=${duration_s}`, "--out", out], { cwd: results, stdio: "ignore" });
+    execFileSync(STANDOFF, ["run", "tour/02-two-uavs", "--seed", seed, "--set", `duration_s=${duration_s}`, "--set", "about=", "--out", out], { cwd: results, stdio: "ignore" });
   }
   const view = await serving("view", "pair-a", "pair-b");
   const { page, complaints, close } = await openServed(view.address);
   await page.waitForSelector('[data-ready="charts"]');
+  assert.equal(await page.locator("#about").isVisible(), false, "the scenario has no description");
   const traces = () => page.evaluate(() => [...document.querySelectorAll('[data-panel="standoff_error"] .plot')].flatMap(({ data }) =>
     data.map(({ name, yaxis, x, y, line }) => ({ name, yaxis, x: [...x], y: [...y], colour: line.color }))));
   const both = await traces();

@@ -10,6 +10,13 @@ import { agrees, recordOf } from "./record.mjs";
 
 const DEGREES = 180 / Math.PI;
 
+inReport("the description of the scenario is below the title", {}, async (page) => {
+  const [, about] = readFileSync(join(folder("figure-9"), "scenario.toml"), "utf8").match(/^about = "(.*)"$/m);
+  assert.equal(await page.locator("#about").textContent(), about);
+  const [title, description] = [await page.locator("#title").boundingBox(), await page.locator("#about").boundingBox()];
+  assert.ok(description.y >= title.y + title.height - 1 && description.x === title.x);
+});
+
 /** The texts of a table as {field: text}, by id. */
 async function shown(page, caption) {
   const rows = await page.getByRole("table", { name: caption }).locator("tbody tr").evaluateAll((rows) =>

@@ -52,9 +52,6 @@ const PAPER_COMPARISON: [&str; 9] = [
 #[derive(Serialize)]
 pub struct Outcome {
     pub(crate) scenario: String,
-    /// Description of the scenario.
-    #[serde(skip)]
-    pub(crate) about: String,
     pub(crate) seed: u64,
     pub(crate) duration_s: f64,
     /// Time of the last time step of an unfinished run, s; `None` for a complete run.
@@ -160,8 +157,9 @@ impl Outcome {
             count(*uavs, "UAV"),
             count(*targets, "target")
         );
-        if !self.about.is_empty() {
-            text += &wrapped("", &display_text::printable(&self.about), options.width);
+        let about = &self.settings.about;
+        if !about.is_empty() {
+            text += &wrapped("", &display_text::printable(about), options.width);
         }
         if let Some(traffic) = &self.traffic {
             text += &format!("Traffic coordinates interpreted as {traffic}.\n");

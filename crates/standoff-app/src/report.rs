@@ -8,7 +8,7 @@ use standoff_io::atomic_file;
 use standoff_io::display_text::{self, shell_path};
 use standoff_record::Record;
 use standoff_score::{MetricSelection, ScoreConfig, Scorer, SelectedMetrics};
-use standoff_sim::scenario::{Scenario, Settings};
+use standoff_sim::scenario::Settings;
 use standoff_view::figures::{FigureError, Setup, figures};
 use standoff_view::page;
 use standoff_view::replay::{Encoder, Head};
@@ -115,7 +115,6 @@ fn outcome_of(
     let name = |target: u32| record.target_names().get(target as usize).cloned().unwrap_or_default();
     Outcome {
         scenario: manifest.scenario.clone(),
-        about: about_of(record),
         seed: manifest.seed,
         duration_s: manifest.duration_s,
         unfinished_after_s: record.ends_s(),
@@ -156,11 +155,6 @@ impl ReportFiles<'_> {
         let advice = format!("the record is complete: {command} creates the missing files");
         Err(Failure::running(format!("cannot write {path}: {reason}; {advice}")))
     }
-}
-
-/// Returns the description of a recorded run's scenario; empty if it has none.
-fn about_of(record: &Record) -> String {
-    Scenario::about_of_record("", record.scenario_toml()).unwrap_or_default()
 }
 
 /// Passes a note to `warn` if the run is unfinished.

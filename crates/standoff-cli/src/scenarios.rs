@@ -31,7 +31,7 @@ fn list() -> Result<(), Failure> {
     let width = BUILT_IN.iter().map(|scenario| scenario.name.len()).max().unwrap_or_default();
     let mut list = String::new();
     for scenario in BUILT_IN {
-        let about = Scenario::load(scenario.name, &Overrides::default(), 1).map_err(Failure::running)?.about;
+        let about = Scenario::load(scenario.name, &Overrides::default(), 1).map_err(Failure::running)?.settings.about;
         list += &format!("{:width$}  {about}\n", scenario.name);
     }
     print(&list)

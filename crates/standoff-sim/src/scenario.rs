@@ -183,14 +183,3 @@ impl Settings {
         resolve::settings_of_record(&load::Typed::of_text(label, resolved)?)
     }
 }
-
-impl Scenario {
-    /// Returns the description (`about`) in the resolved scenario of a record.
-    ///
-    /// # Errors
-    ///
-    /// If the text is not a scenario.
-    pub fn about_of_record(label: &str, resolved: &str) -> Result<String, ScenarioError> {
-        Ok(load::Typed::of_text(label, resolved)?.file.about)
-    }
-}

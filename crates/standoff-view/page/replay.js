@@ -222,11 +222,15 @@ function runName(head) {
   return `${head.scenario}, seed ${head.seed}${head.unfinished ? ", unfinished" : ""}`;
 }
 
-/** Sets the title of the page. */
+/** Sets the title of the page, and below it the descriptions of the scenarios. */
 function title(runs) {
-  const names = runs.map((run) => runName(run.replayData.head)).join(" | ");
+  const heads = runs.map(({ replayData }) => replayData.head);
+  const names = heads.map(runName).join(" | ");
   document.title = `${names} \u2013 standoff`;
   element("title").textContent = names;
+  const about = element("about");
+  about.textContent = about.title = [...new Set(heads.map(({ about }) => about))].filter(Boolean).join(" | ");
+  about.hidden = !about.textContent;
 }
 
 /** Description of the map for screen readers. */

@@ -54,7 +54,6 @@ pub(super) fn resolve(typed: &Typed, traffic: Option<&Arc<Traffic>>, seed: u64) 
     let starts_s = (1..).take(uavs.len()).map(|nth| value(&late, &"uavs.boot_delay_s", draws, nth)).collect();
     Ok(Scenario {
         name: typed.name.clone(),
-        about: file.about.clone(),
         seed,
         uavs,
         intruders,
@@ -141,6 +140,7 @@ fn settings(file: &ScenarioFile) -> Settings {
     let manoeuvres = file.targets.iter().flat_map(|targets| &targets.manoeuvre);
     let (team, sensor) = (team(file), &file.sensor);
     Settings {
+        about: file.about.clone(),
         duration: Duration::from_s(file.duration_s),
         period: Duration::from_s(file.period_s),
         transient: Duration::from_s(file.transient_s),

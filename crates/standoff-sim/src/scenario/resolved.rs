@@ -31,8 +31,6 @@ use crate::wind::WindModel;
 pub struct Scenario {
     /// Name of the built-in scenario, or of the file without its extension.
     pub name: String,
-    /// Description in one line.
-    pub about: String,
     /// Seed of all random draws.
     pub seed: u64,
     /// Settings of the team, sensors and targets.
@@ -64,6 +62,8 @@ pub struct Scenario {
 /// Settings of a mission: a scenario without the states of UAVs, targets and intruders.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
+    /// Description of the scenario in one line.
+    pub about: String,
     /// Length of the mission.
     pub duration: Duration,
     /// Time between two scans, which is also the guidance period.

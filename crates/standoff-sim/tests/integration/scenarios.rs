@@ -29,7 +29,7 @@ fn every_built_in_scenario_loads_without_a_warning() {
     for scenario in BUILT_IN {
         let loaded = load_with(scenario.name, &[], 1);
         assert_eq!((loaded.name.as_str(), loaded.warnings.len()), (scenario.name, 0));
-        assert!(!loaded.about.is_empty());
+        assert!(!loaded.settings.about.is_empty());
     }
 }
 

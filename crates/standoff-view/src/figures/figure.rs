@@ -10,6 +10,9 @@ use standoff_sim::scenario::Settings;
 pub struct Setup {
     /// Caption of every figure.
     pub title: String,
+    /// Description of the scenario in one line; empty if it has none.
+    #[serde(skip)]
+    pub about: String,
     /// Full angle of a sensor's field of view, rad.
     pub field_of_view_rad: f64,
     /// Sensing range, m.
@@ -45,6 +48,7 @@ impl Setup {
         let [speed_min_m_s, speed_max_m_s] = uav.speeds_m_s();
         Self {
             title,
+            about: settings.about.clone(),
             field_of_view_rad: settings.team.track.sensor.field_of_view_rad,
             sensing_range_m: settings.team.track.sensor.sensing_range_m,
             speed_min_m_s,

@@ -22,6 +22,7 @@ const ALL: [&str; 7] =
 pub(crate) fn setup() -> Setup {
     Setup {
         title: "Two UAVs & one <group>".to_owned(),
+        about: String::new(),
         field_of_view_rad: 0.7,
         sensing_range_m: 1000.0,
         speed_min_m_s: 30.0,

@@ -19,6 +19,9 @@ pub struct Head {
     format: u32,
     /// Name of the scenario.
     pub scenario: String,
+    /// Description of the scenario in one line. It may come from an untrusted file, so the page shows it as plain text.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub about: String,
     /// Seed of the run, as text because JavaScript numbers have only 53 bits.
     pub seed: String,
     /// Version of standoff that simulated the run.
@@ -136,6 +139,7 @@ impl Head {
         Self {
             format: FORMAT,
             scenario: manifest.scenario.clone(),
+            about: limits.about.clone(),
             seed: manifest.seed.to_string(),
             version: manifest.version.clone(),
             duration_s: manifest.duration_s,

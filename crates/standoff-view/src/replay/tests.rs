@@ -272,6 +272,7 @@ fn the_same_frames_give_the_same_bytes() {
 pub(super) fn head() -> Head {
     let setup = Setup {
         title: "t".to_owned(),
+        about: "a".to_owned(),
         field_of_view_rad: 1.2,
         sensing_range_m: 1000.0,
         speed_min_m_s: 25.0,
