@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
 
-import { clock, folder, goTo, painted } from "./browser.mjs";
+import { PHONE, clock, folder, goTo, painted } from "./browser.mjs";
 import { inReport } from "./in_report.mjs";
 import { recordOf } from "./record.mjs";
 
@@ -55,6 +55,23 @@ inReport("the list contains the important events of the record, and on request a
   await page.getByLabel("Kind").selectOption("acquired");
   await check(record.events.filter((event) => event.kind === "acquired"));
 });
+
+for (const [screen, options] of [["1280x720", {}], ["a phone", PHONE]]) {
+  inReport(`the text of events wraps, and rows neither overlap nor leave gaps: ${screen}`, { flight: "bustle", ...options }, async (page) => {
+    await page.getByRole("tab", { name: "Events" }).click();
+    for (const place of [0, 0.5, 1]) {
+      await page.locator("#events").evaluate((list, place) => (list.scrollTop = place * list.scrollHeight), place);
+      await painted(page);
+      const rows = await page.locator("#events").evaluate((list) => [...list.querySelectorAll("[role=option]")].map((row) => {
+        const { top, bottom } = row.getBoundingClientRect();
+        return { top, bottom, isCut: row.scrollHeight > row.clientHeight + 1 || row.scrollWidth > row.clientWidth + 1, time: row.querySelector("time").offsetHeight };
+      }));
+      assert.ok(rows.some(({ top, bottom, time }) => bottom - top > 2 * time), "the text of an event has several lines");
+      assert.deepEqual(rows.filter(({ isCut }) => isCut), []);
+      for (const [k, { top }] of rows.slice(1).entries()) assert.ok(Math.abs(top - rows[k].bottom) < 1, `${top} follows ${rows[k].bottom}`);
+    }
+  });
+}
 
 inReport("a click on an event or the Enter key goes to its time", {}, async (page) => {
   await page.getByRole("tab", { name: "Events" }).click();
@@ -119,7 +136,6 @@ inReport("each of thousands of events can be reached by scrolling and with the k
   await page.keyboard.press("Enter");
   await isAt(page, important[place - 1].time_s);
   assert.equal(await current(page).getAttribute("aria-posinset"), String(place), "it is the current event");
-  assert.ok((await page.locator("#event-text").textContent()).includes(important[place - 1].reason));
 });
 
 inReport("the list follows the time unless the user has scrolled away", { flight: "bustle" }, async (page) => {

@@ -130,10 +130,13 @@ class EventList {
     this.goTo = goTo;
     this.list = element("events");
     this.room = this.list.firstElementChild;
-    this.text = element("event-text");
     this.toNow = element("to-current");
     /** Rows in the document, by index in the list. */
     this.rows = new Map();
+    /** Heights of the rows that have been shown, px, by event; other rows have the estimated height `row_px`. */
+    this.heights_px = new Map();
+    /** Upper edges of all rows and lower edge of the last one, px. */
+    this.tops_px = [0];
     /** Indices of the current event and of the keyboard cursor. */
     this.current = -1;
     this.cursor = -1;
@@ -145,7 +148,7 @@ class EventList {
     this.list.addEventListener("keydown", (key) => this.onKey(key));
     this.list.addEventListener("focus", () => {
       // The list does not scroll on focus, because the pointer may be about to click a row.
-      const first = Math.ceil(this.list.scrollTop / this.row_px);
+      const first = this.rowAt(this.list.scrollTop - 1) + 1;
       this.cursor = Math.min(this.current >= 0 && this.isRowVisible(this.current) ? this.current : first, this.eventFilter.events.length - 1);
       this.show();
     });
@@ -157,15 +160,15 @@ class EventList {
       const row = click.target.closest("[role=option]");
       if (row) this.goTo(this.eventFilter.events[Number(row.dataset.index)]);
     });
-    this.room.addEventListener("mouseover", (move) => this.showText(Number(move.target.closest("[role=option]")?.dataset.index ?? -1)));
-    this.room.addEventListener("mouseleave", () => this.showText());
     this.toNow.addEventListener("click", () => {
       this.isAway = false;
       this.scrollToRow(this.current);
       this.show();
     });
     new ResizeObserver(() => {
-      if (this.row_px !== this.rowHeight()) {
+      if (this.width !== this.list.clientWidth) {
+        this.width = this.list.clientWidth;
+        this.heights_px.clear();
         this.clear();
         this.renew();
       }
@@ -183,16 +186,25 @@ class EventList {
       this.clear();
       this.current = this.cursor = -1;
     }
-    this.row_px = this.rowHeight();
-    this.room.style.height = `${events.length * this.row_px}px`;
+    this.row_px = Number.parseFloat(getComputedStyle(this.list).getPropertyValue("--row"));
+    this.layOut();
     element("event-count").textContent = this.eventFilter.count();
     this.follow(this.page.clock.time_s);
     this.show();
   }
 
-  /** Height of a row as set in the style sheet, px. */
-  rowHeight() {
-    return Number.parseFloat(getComputedStyle(this.list).getPropertyValue("--row"));
+  /** Computes the positions of all rows. */
+  layOut() {
+    const { events } = this.eventFilter;
+    this.tops_px = [0];
+    events.forEach((event, k) => this.tops_px.push(this.tops_px[k] + (this.heights_px.get(event) ?? this.row_px)));
+    this.room.style.height = `${this.tops_px[events.length]}px`;
+    for (const [index, { element }] of this.rows) element.style.top = `${this.tops_px[index]}px`;
+  }
+
+  /** The row at a position in the list, px. */
+  rowAt(y_px) {
+    return Math.min(Math.max(lastNotAfter(this.tops_px, y_px), 0), this.eventFilter.events.length - 1);
   }
 
   clear() {
@@ -221,15 +233,16 @@ class EventList {
   }
 
   isRowVisible(index) {
-    const top = index * this.row_px - this.list.scrollTop;
-    return index < 0 || (top > -1 && top + this.row_px < this.list.clientHeight + 1);
+    const [top, bottom] = [index, index + 1].map((edge) => this.tops_px[edge] - this.list.scrollTop);
+    return index < 0 || (top > -1 && bottom < this.list.clientHeight + 1);
   }
 
   /** Scrolls to a row if it is not visible. */
   scrollToRow(index) {
     if (this.isRowVisible(index)) return;
-    this.list.scrollTop = Math.max(0, (index + 0.5) * this.row_px - this.list.clientHeight / 2);
+    this.list.scrollTop = Math.max(0, (this.tops_px[index] + this.tops_px[index + 1] - this.list.clientHeight) / 2);
     this.placed_px = this.list.scrollTop;
+    this.show(index);
   }
 
   onScroll() {
@@ -238,12 +251,12 @@ class EventList {
     this.show();
   }
 
-  /** Puts the visible rows into the document, for the printer all rows. */
-  show() {
+  /** Puts the visible rows into the document, for the printer all rows. The row `fixed` keeps its place on the screen. */
+  show(fixed = this.rowAt(this.list.scrollTop)) {
     const { events } = this.eventFilter;
     const { scrollTop, clientHeight } = this.list;
-    const first = isPrinting ? 0 : Math.max(0, Math.floor(scrollTop / this.row_px) - 2);
-    const visible = clientHeight ? Math.min(events.length, Math.ceil((scrollTop + clientHeight) / this.row_px) + 2) : first;
+    const first = isPrinting ? 0 : Math.max(0, this.rowAt(scrollTop) - 2);
+    const visible = clientHeight ? Math.min(events.length, this.rowAt(scrollTop + clientHeight) + 3) : first;
     const end = isPrinting ? Math.min(events.length, MAX_PRINTED) : visible;
     for (const [index, row] of this.rows) {
       if (index >= first && index < end && row.event === events[index]) continue;
@@ -265,7 +278,21 @@ class EventList {
     if (pointed) this.list.setAttribute("aria-activedescendant", pointed.id);
     else this.list.removeAttribute("aria-activedescendant");
     this.toNow.hidden = !this.isAway;
-    this.showText();
+    if (!isPrinting && clientHeight) this.measure(fixed);
+  }
+
+  /** Measures the rows that are shown for the first time, and shows the list again if their heights differ from the estimate. */
+  measure(fixed) {
+    const fresh = [...this.rows.values()].filter(({ event }) => !this.heights_px.has(event));
+    for (const { event, element } of fresh) this.heights_px.set(event, element.offsetHeight);
+    if (fresh.every(({ event }) => this.heights_px.get(event) === this.row_px)) return;
+    const before_px = this.tops_px[fixed];
+    this.layOut();
+    if (this.tops_px[fixed] !== before_px) {
+      this.list.scrollTop += this.tops_px[fixed] - before_px;
+      this.placed_px = this.list.scrollTop;
+    }
+    this.show(fixed);
   }
 
   row(index) {
@@ -274,21 +301,13 @@ class EventList {
     row.id = `event-${index}`;
     row.setAttribute("role", "option");
     row.setAttribute("aria-posinset", index + 1);
-    row.style.top = `${index * this.row_px}px`;
+    row.style.top = `${this.tops_px[index]}px`;
     row.className = CRITICAL.has(event.kind) ? "critical" : "";
     Object.assign(row.dataset, { index, kind: event.kind, timeUs: event.time_us });
     const time = document.createElement("time");
     time.textContent = `${event.time_s.toFixed(1)} s`;
     row.append(time, ` ${eventText(this.page.replayData, event)}`);
-    row.title = row.textContent;
     return row;
-  }
-
-  /** Shows the full text of the event under the pointer, or otherwise at the cursor, or otherwise of the current event. */
-  showText(index = -1) {
-    const event = this.eventFilter.events[[index, this.cursor, this.current].find((one) => one >= 0) ?? -1];
-    const text = event ? `${event.time_s.toFixed(1)} s ${eventText(this.page.replayData, event)}` : "";
-    if (this.text.textContent !== text) this.text.textContent = text;
   }
 
   /** Moves the keyboard cursor. */
@@ -300,9 +319,9 @@ class EventList {
   }
 
   onKey(key) {
-    const page = Math.max(1, Math.floor(this.list.clientHeight / this.row_px) - 1);
     const last = this.eventFilter.events.length - 1;
-    const moves = { ArrowUp: -1, ArrowDown: 1, PageUp: -page, PageDown: page, Home: -Infinity, End: Infinity };
+    const page = (direction) => this.rowAt((this.tops_px[this.cursor] ?? 0) + direction * this.list.clientHeight) - this.cursor || direction;
+    const moves = { ArrowUp: -1, ArrowDown: 1, PageUp: page(-1), PageDown: page(1), Home: -Infinity, End: Infinity };
     if (key.ctrlKey || key.metaKey || key.altKey) return;
     if (key.key === "Enter" && this.cursor >= 0) this.goTo(this.eventFilter.events[this.cursor]);
     else if (key.key in moves) this.point(Math.min(Math.max(this.cursor + moves[key.key], 0), last));
