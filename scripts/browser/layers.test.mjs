@@ -16,7 +16,7 @@ inReport("with 650 vehicles, \"Automatic\" hides layers and names until the map 
   await recordTexts(page);
   await goTo(page, 15);
   const far = await drawn(page);
-  for (const name of ["truth", "target-trails", "flown", "ellipses", "vectors", "trails"]) assert.ok(!far.includes(name), `${name} is hidden`);
+  for (const name of ["truth", "target-trails", "ellipses", "vectors", "trails"]) assert.ok(!far.includes(name), `${name} is hidden`);
   for (const name of ["tracks", "uavs", "desired", "views", "names"]) assert.ok(far.includes(name), `${name} is shown`);
   await openList(page);
   assert.equal(await preset(page).inputValue(), "automatic");
@@ -113,6 +113,25 @@ for (const [screen, options] of [["a low window", { viewport: { width: 1280, hei
     }
   });
 }
+
+inReport("only the flown orbit of the selected UAV is drawn", { flight: "crowd" }, async (page) => {
+  await page.evaluate(() => {
+    window.dotted = new Set();
+    CanvasRenderingContext2D.prototype.stroke = new Proxy(CanvasRenderingContext2D.prototype.stroke, {
+      apply(stroke, ctx, values) {
+        if (String(ctx.getLineDash()) === "2,4") window.dotted.add(ctx.strokeStyle);
+        return Reflect.apply(stroke, ctx, values);
+      },
+    });
+  });
+  const dotted = () => page.evaluate(() => window.dotted.size);
+  await goTo(page, 60);
+  await painted(page);
+  assert.equal(await dotted(), 0);
+  await page.evaluate(() => (location.hash = "#t=60&uav=3"));
+  await page.waitForFunction(() => window.dotted.size > 0);
+  assert.equal(await dotted(), 1);
+});
 
 inReport("the help opens at its top", { viewport: { width: 1280, height: 420 } }, async (page) => {
   await page.keyboard.press("?");

@@ -58,7 +58,7 @@ inReport("the map follows a UAV or a group until it is dragged", {}, async (page
 });
 
 inReport("each layer can be hidden and shown again", {}, async (page) => {
-  await goTo(page, 40);
+  await page.evaluate(() => (location.hash = "#t=40&uav=0"));
   await page.getByLabel("Follow").selectOption("group 0");
   await page.locator("#layer-menu").click();
   const layers = page.getByRole("group", { name: "Layers" }).getByRole("checkbox");

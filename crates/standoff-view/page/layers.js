@@ -15,7 +15,7 @@ const LAYERS = [
   ["trails", "UAV trails", `Positions of the UAVs during the last ${TRAIL_S} s`, drawTrails],
   ["desired", "Desired orbits", "Circle of radius r_d about the estimated centre of each group; dashed if no orbit satisfies the constraints",
     drawDesired],
-  ["flown", "Flown orbits", "Last revolution of each UAV relative to its group centre, drawn about the current centre", drawFlown],
+  ["flown", "Flown orbit", "Last revolution of the selected UAV relative to its group centre, drawn about the current centre", drawFlown],
   ["views", "Fields of view", "Field of view of each UAV, in the colour of the group that it is assigned to; in the colour of the UAV " +
     "while it is on its way", drawViews],
   ["radio", "Radio links", "Line: both UAVs receive each other's reports (with more than " +
@@ -50,14 +50,14 @@ const OPERATOR_LAYERS = ["tiles", "basemap", "road-names", "buildings", "grid", 
 const PRESETS = [
   ["automatic", "Automatic", "All layers; with many targets on the visible part of the map, layers are hidden step by step"],
   ["operator", "Operator", "What the team knows now: without trails, uncertainty and true positions", OPERATOR_LAYERS],
-  ["analyst", "Analyst", "Adds true positions, 95 % ellipses, velocity vectors, flown orbits, detections, tentative tracks and blind zones to those of \"Operator\"",
+  ["analyst", "Analyst", "Adds true positions, 95 % ellipses, velocity vectors, the flown orbit, detections, tentative tracks and blind zones to those of \"Operator\"",
     [...OPERATOR_LAYERS, "truth", "ellipses", "vectors", "flown", "detections", "tentative", "blind"]],
   ["everything", "Everything", "All layers"],
   ["custom", "Custom", "The layers that you have selected"],
 ];
 
 /** Layers that "Automatic" hides, step by step, above a number of visible targets on `STEP_AREA_PX2`. */
-const AUTOMATIC_STEPS = [[40, ["target-trails", "flown"]], [80, ["truth", "vectors", "detections", "tentative"]], [120, ["ellipses"]], [250, ["trails"]]];
+const AUTOMATIC_STEPS = [[40, ["target-trails"]], [80, ["truth", "vectors", "detections", "tentative"]], [120, ["ellipses"]], [250, ["trails"]]];
 /** Area of the map for which the steps are defined, px\u00b2. */
 const STEP_AREA_PX2 = 500_000;
 /** A hidden layer is shown again below this fraction of its number of targets, so that it does not flicker. */

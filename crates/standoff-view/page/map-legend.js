@@ -27,7 +27,7 @@ const LEGEND_ENTRIES = [
     { ...sampleUav({ x_m: -18 }), groups: [{ ...SAMPLE_GROUP, x_m: -50 }], ...sampleTarget({ x_m: -50 }) }],
   ["desired", "Desired orbit and estimated centre of a group", [drawDesired], { groups: [SAMPLE_GROUP] }],
   ["desired", "No orbit satisfies the constraints", [drawDesired], { groups: [{ ...SAMPLE_GROUP, feasible: false }] }],
-  ["flown", "Flown orbit: last turn, relative to the group centre", [drawFlown], { ...sampleUav({ x_m: 20 }), groups: [SAMPLE_GROUP] }],
+  ["flown", "Flown orbit: last turn of the selected UAV", [drawFlown], { ...sampleUav({ x_m: 20 }), groups: [SAMPLE_GROUP] }],
   ["tracks", "Track, measured in this time step", [drawTracks], sampleTarget()],
   ["tracks", "Track, coasting or only cued", [drawTracks], sampleTarget({ status: "coasting" })],
   ["tracks", "Track in no group", [drawTracks], sampleTarget({ membership: "ungrouped", group: null })],

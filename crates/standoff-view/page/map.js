@@ -114,9 +114,9 @@ class MissionMap {
     return this.shown.has(layer) ? this.drawn : this.drawn.filter(({ target }) => this.selection.isChosen("target", target.id));
   }
 
-  /** The UAVs that a layer draws. */
+  /** The UAVs that a layer draws. The flown orbits of many UAVs would be a tangle. */
   uavsOf(layer) {
-    return this.shown.has(layer) ? this.scene.uavs : this.scene.uavs.filter(({ id }) => this.selection.isChosen("uav", id));
+    return this.shown.has(layer) && layer !== "flown" ? this.scene.uavs : this.scene.uavs.filter(({ id }) => this.selection.isChosen("uav", id));
   }
 
   /** Calls a draw function and restores the state of the context afterwards. */

@@ -104,7 +104,7 @@ function drawDesired(map, { ctx, scene }) {
   }
 }
 
-/** Draws the last revolution of each UAV relative to its group centre, about the current centre. */
+/** Draws the last revolution of the selected UAV relative to its group centre, about the current centre. */
 function drawFlown(map, { ctx, scene }) {
   const { replayData, selection, camera } = map;
   if (replayData.agents.isOther(replayData.stepAt(scene.time_s))) return;
