@@ -54,7 +54,7 @@ SEMI_AXES_M = np.array([6378137.0, 6378137.0, 6356752.314245179])
 """Semi-axes of the WGS84 ellipsoid, m."""
 ELLIPSE_SDS = 2.447746830680816
 """Size of the ellipse with 95 % of a two-dimensional normal distribution, in standard deviations."""
-GROUPS = ["#eb6e10", "#01a806", "#4a6702", "#502001", "#01a584", "#885a42", "#054e3d", "#8d925e"]
+GROUPS = ["#cd7a06", "#04a688", "#854c2f", "#007501", "#48a715", "#8f994f", "#3b6348", "#817335"]
 """Colours of groups, as on the replay page."""
 # These colours differ from those of the groups and are distinguishable with red-green colour blindness.
 UNSEEN, PLAIN = "#d55e00", "#969696"

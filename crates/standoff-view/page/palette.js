@@ -1,13 +1,15 @@
 // Colours of the light and the dark theme, found by optimisation. UAVs are blue to purple and groups are orange to green, so that
-// colour-blind users can distinguish them as well. A UAV has the same colour in both themes. The tests of `src/colours.rs` check this.
+// colour-blind users can distinguish them as well. UAVs and groups have the same colours in both themes. The tests of `src/colours.rs`
+// check this.
 
-/** Colours of UAVs in both themes. */
+/** Colours of UAVs and groups in both themes. */
 const UAV_COLOURS = ["#be55ff", "#b90f8c", "#5a3cff", "#468cd7", "#8750af", "#af0ad2", "#eb0fd2", "#416991"];
+const GROUP_COLOURS = ["#cd7a06", "#04a688", "#854c2f", "#007501", "#48a715", "#8f994f", "#3b6348", "#817335"];
 
 const PALETTES = {
   light: {
     uavs: UAV_COLOURS,
-    groups: ["#eb6e10", "#01a806", "#4a6702", "#502001", "#01a584", "#885a42", "#054e3d", "#8d925e"],
+    groups: GROUP_COLOURS,
     runs: ["#0b5fa5", "#b4500a"],
     ground: "#ffffff",
     basemap: { green: "#e9f1e4", water: "#dbe8f3", other: "#f0f0f0", building: "#e7e1da", path: "#e0d6c4", rail: "#c2c2ce",
@@ -20,7 +22,7 @@ const PALETTES = {
   },
   dark: {
     uavs: UAV_COLOURS,
-    groups: ["#ff9d21", "#148601", "#d3f461", "#aa6a46", "#18e18b", "#6cfcd8", "#4dab84", "#9e9302"],
+    groups: GROUP_COLOURS,
     runs: ["#4aa3f0", "#ff9d21"],
     ground: "#000000",
     basemap: { green: "#14201a", water: "#13222f", other: "#181d24", building: "#242b35", path: "#2a2722", rail: "#33333f",
