@@ -175,6 +175,7 @@ test("tiles of a tile server are requested only with --tiles, and drawn at their
   const { page, complaints, close } = await openServed(view.address);
   await page.waitForFunction(() => /^(\d+) of \1$/.test(document.getElementById("map").dataset.tiles ?? ""));
   await hideOtherLayers(page);
+  await page.getByLabel("Follow").selectOption("run");
   await page.getByLabel("Map tiles").check();
   await page.waitForFunction(() => /^(\d+) of \1$/.test(document.getElementById("map").dataset.tiles ?? ""));
   const zoom = Number(requested.at(-1).split("/")[1]);

@@ -126,6 +126,7 @@ inReport("tentative tracks have a card with their probability of existence, and 
   const record = recordOf("unlabelled");
   await goTo(page, TIME_S);
   await showOnly(page, ["tentative"]);
+  await page.getByLabel("Follow").selectOption("run");
   for (let press = 0; press < 3; press++) await page.keyboard.press("-");
   const { px_per_m } = await camera(page);
   const all = lonely(record.tentative[record.times_s.indexOf(TIME_S)], 26 / px_per_m);

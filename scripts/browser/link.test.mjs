@@ -87,10 +87,10 @@ inLink("a link contains layers, highlighted group, map view and side panel", asy
   };
   assert.ok(!(await layers()).includes("truth") && (await layers()).includes("tracks"));
   assert.equal(await copied(page), hash);
-  await to(page, "#t=40&layers=tracks.uavs&follow=now&highlight=none&tab=charts");
+  await to(page, "#t=40&layers=tracks.uavs&follow=run&highlight=none&tab=charts");
   assert.deepEqual(await layers(), ["tracks", "uavs"]);
-  assert.equal(await page.getByLabel("Follow").inputValue(), "now");
-  assert.equal(await copied(page), "#t=40&follow=now&highlight=none&layers=tracks.uavs");
+  assert.equal(await page.getByLabel("Follow").inputValue(), "run");
+  assert.equal(await copied(page), "#t=40&follow=run&highlight=none&layers=tracks.uavs");
 });
 
 inLink("\"Last view\", its keys, and Back and Forward of the browser return to earlier views of the map", async (page) => {
@@ -122,7 +122,7 @@ inLink("\"Last view\", its keys, and Back and Forward of the browser return to e
   await shows(second);
   await page.keyboard.press("Backspace");
   await shows(first);
-  assert.equal(await page.getByLabel("Follow").inputValue(), "run");
+  assert.equal(await page.getByLabel("Follow").inputValue(), "now");
   assert.equal(await clock(page), 40, "the time stays");
   await page.keyboard.press("z");
   assert.equal(await message(page), "This is the first view");
@@ -162,7 +162,7 @@ inLink("invalid parameters of a link are reported and otherwise ignored", async 
     ["#t=40&view=1e9,2,1", 40, /view=1e9,2,1, which must be/],
     ["#t=40&highlight=77", 40, /highlights group 77, which is not in this run/],
     ["#t=40&tab=map", 40, /tab=map, which must be charts, state, events or outcome/],
-    ["#t=40&follow=2", 40, /follow=2, which must be 1 or now/],
+    ["#t=40&follow=2", 40, /follow=2, which must be 1, now or run/],
     ["#%E0%A4%A&&==&uav", 0, /names UAV \(empty\)/],
     ["#elsewhere", 0, /^$/],
   ];
@@ -172,6 +172,6 @@ inLink("invalid parameters of a link are reported and otherwise ignored", async 
     await to(page, hash);
     assert.equal(await clock(page), time_s, hash);
     assert.match(await message(page), expected, hash);
-    assert.equal(await page.getByLabel("Follow").inputValue(), "run", hash);
+    assert.equal(await page.getByLabel("Follow").inputValue(), "now", hash);
   }
 });

@@ -118,7 +118,7 @@ inReport("a click on an empty position clears the selection, and repeated clicks
   }
   assert.ok(names.size >= 2, `${[...names]}`);
   const map = await page.locator("#map").boundingBox();
-  await page.mouse.click(map.x + 5, map.y + map.height / 2);
+  await page.mouse.click(map.x + 5, map.y + map.height - 5);
   assert.equal(await selectedCard(page).count(), 0);
 });
 

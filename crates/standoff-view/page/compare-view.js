@@ -57,7 +57,7 @@ class CompareView {
     const { page, box } = this;
     for (const run of page.runs) {
       run.map.leader = box.checked && run !== page.run ? page.map : null;
-      run.map.view.replays = box.checked ? page.runs.map(({ replayData }) => replayData) : [run.replayData];
+      run.map.view.maps = box.checked ? page.runs.map(({ map }) => map) : [run.map];
       run.map.view.restart();
     }
     page.renew();

@@ -6,7 +6,7 @@ function follows({ replayData, selection }) {
   const word = objectKey(selection.followed);
   const objects = ["group", "uav", "intruder"].flatMap((kind) => replayData.ids[`${kind}s`].map((id) => ({ kind, id })));
   if (selection.followed?.kind === "target") objects.push(selection.followed);
-  const options = [["run", "whole run"], ["now", "all objects"], ["", "nothing"],
+  const options = [["now", "all objects"], ["run", "whole run"], ["", "nothing"],
     ...objects.map((object) => [objectKey(object), objectName(replayData, object)])];
   if (String(options) !== String([...select.options].map(({ value, text }) => [value, text]))) {
     select.replaceChildren(...options.map(([value, text]) => new Option(text, value)));
@@ -70,7 +70,7 @@ function connect(page) {
   const fit = () => {
     for (const { selection, map } of page.runs) {
       map.view.restart();
-      selection.follow(WHOLE_RUN);
+      selection.follow(ALL_NOW);
     }
   };
   pressed("fit", fit);
@@ -128,7 +128,7 @@ function connect(page) {
     f: () => {
       const objects = [...follow.options].filter((option) => option.value.includes(" "));
       const next = objects[objects.indexOf(follow.selectedOptions[0]) + 1];
-      page.selection.follow(next ? parseObjectKey(next.value) : WHOLE_RUN);
+      page.selection.follow(next ? parseObjectKey(next.value) : ALL_NOW);
     },
     d: () => page.show3d(!page.is3d),
     r: () => rule(!page.map.ruler),

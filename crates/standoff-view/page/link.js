@@ -67,7 +67,8 @@ class Link {
     const follow = get("follow");
     if (object && follow === "1") page.selection.follow(object);
     else if (follow === "now") page.selection.follow(ALL_NOW);
-    else if (follow !== null && follow !== "1") problems.push(`contains follow=${shortName(follow)}, which must be 1 or now`);
+    else if (follow === "run") page.selection.follow(WHOLE_RUN);
+    else if (follow !== null && follow !== "1") problems.push(`contains follow=${shortName(follow)}, which must be 1, now or run`);
     if (get("view") === null) return;
     const view = parseView(get("view"));
     if (!view) {
@@ -142,7 +143,7 @@ class Link {
     if (object) parameters.set(object.kind, object.kind === "target" ? targetKey(replayData, object.id) : object.id);
     const { followed, group } = selection;
     if (object && objectKey(object) === objectKey(followed)) parameters.set("follow", "1");
-    else if (followed === ALL_NOW) parameters.set("follow", "now");
+    else if (followed === WHOLE_RUN) parameters.set("follow", "run");
     if (group !== "all") parameters.set("highlight", group ?? "none");
     const { map } = this.page;
     if (map.layers.word !== "automatic") parameters.set("layers", map.layers.word);

@@ -123,7 +123,7 @@ function drawFrames(page) {
     }
     if (page.stale && page.runs.every(({ replayData }) => replayData.times_s.length)) {
       page.stale = false;
-      const scenes = page.runs.map((run) => run.scene(clock.time_s));
+      const scenes = page.runs.map((run) => (run.map.scene = run.scene(clock.time_s)));
       // The map whose view the others copy is drawn first.
       for (const run of [page.run, ...page.runs.filter((run) => run !== page.run)]) run.draw(scenes[page.runs.indexOf(run)]);
       page.video.frame();

@@ -9,7 +9,7 @@ class Selection {
     /** The selected object: `null`, or `{kind: "uav" | "group" | "target" | "intruder", id}`. A group includes its orbit. */
     this.object = null;
     /** What the map keeps in view: `WHOLE_RUN`, `ALL_NOW`, an object as above, or `null` if the user moves the map. */
-    this.followed = WHOLE_RUN;
+    this.followed = ALL_NOW;
     /** The highlighted group: `"all"`, the id of a group, or `null` for objects in no group. */
     this.group = "all";
     this.listeners = [];

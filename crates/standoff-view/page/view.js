@@ -8,11 +8,11 @@ const AMPLE_ROOM = 1.4;
 const GLIDE_S = 0.3;
 
 class View {
-  constructor({ camera, replayData, selection }) {
-    this.camera = camera;
-    /** Replays with the bounds to fit: that of the map, or those of all linked maps. */
-    this.replays = [replayData];
-    this.selection = selection;
+  constructor(map) {
+    this.camera = map.camera;
+    /** Maps whose objects are kept in view: its own, or all linked maps. */
+    this.maps = [map];
+    this.selection = map.selection;
     /** View that the camera moves to. */
     this.goal = null;
     /** Object, or other value of `followed`, that the goal belongs to. */
@@ -43,13 +43,18 @@ class View {
       if (position) [this.camera.x_m, this.camera.y_m] = position;
       return;
     }
-    const bounds_m = (followed.kind === "run" && unionOf(this.replays.map((replayData) => replayData.bounds_m()))) || boundsOf(scene);
-    if (bounds_m) this.fit(bounds_m, followed.kind === "now" || this.isGrowing, passed_s);
+    const isNow = followed.kind === "now";
+    const isLoading = isNow && this.maps.some(({ scene }) => !scene.targets);
+    // The targets at the time shown may be elsewhere.
+    if (isLoading && this.goal) return;
+    const bounds_m = (!isNow && unionOf(this.maps.map(({ replayData }) => replayData.bounds_m()))) || unionOf(this.maps.map((map) => boundsOf(map.scene)));
+    if (bounds_m) this.fit(bounds_m, isNow || this.isGrowing, passed_s);
+    if (isLoading) this.goal = null;
   }
 
   /** Whether a run is still being flown. */
   get isGrowing() {
-    return this.replays.some((replayData) => replayData.head.live && !replayData.done);
+    return this.maps.some(({ replayData }) => replayData.head.live && !replayData.done);
   }
 
   /** Fits bounds immediately. If the bounds move (`moves`), fits them with a larger margin, only when necessary, and smoothly. */
