@@ -231,6 +231,7 @@ for (const [screen, flight, options] of [["1280x720", "figure-9", DESKTOP], ["a 
   ["a screen of 3840x2160", "figure-9", FOUR_K], ["1280x720, with one agent per UAV", "agents", DESKTOP], ["a phone, with one agent per UAV", "agents", PHONE]]) {
   inReport(`the layout fits on ${screen}: no overlap, nothing cut off, no horizontal scrolling`, { flight, ...options }, async (page) => {
     await goTo(page, await lastTime(page));
+    if (options === PHONE) await page.getByRole("button", { name: "Tools" }).click();
     await page.getByRole("button", { name: "Ruler" }).click();
     for (const name of ["Charts", "State", "Events", "Outcome"]) {
       await page.getByRole("tab", { name }).click();

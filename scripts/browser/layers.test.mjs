@@ -104,6 +104,10 @@ for (const [screen, options] of [["a low window", { viewport: { width: 1280, hei
     await page.getByRole("button", { name: "Legend" }).click();
     await painted(page);
     const legend = await page.locator("#map-legend").boundingBox();
+    if (options === PHONE) {
+      assert.deepEqual(await page.locator(".tools > :visible").evaluateAll((all) => all.map(({ id }) => id)), ["tools-button"]);
+      await page.getByRole("button", { name: "Tools" }).click();
+    }
     await openList(page);
     await painted(page);
     const list = await page.locator("#layers").boundingBox();

@@ -270,6 +270,7 @@ inReport("on a phone a tap selects an object, the card fits on the map, and the 
     assert.ok(box.y + box.height <= map.y + map.height);
   }
   await selectedCard(page).getByRole("button", { name: "Close" }).tap();
+  await page.getByRole("button", { name: "Tools" }).tap();
   await page.getByRole("button", { name: "Ruler" }).tap();
   const session = await page.context().newCDPSession(page);
   const touch = (type, ...points) => session.send("Input.dispatchTouchEvent", { type, touchPoints: points.map(([x, y]) => ({ x, y })) });

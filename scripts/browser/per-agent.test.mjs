@@ -214,6 +214,7 @@ inReport("controls of team states are hidden if all UAVs share one agent", {}, a
 inReport("on a phone all controls of team states can be reached, and nothing is wider than the screen",
   { flight, viewport: { width: 360, height: 740 }, hasTouch: true, isMobile: true }, async (page) => {
     await goTo(page, 25);
+    await page.getByRole("button", { name: "Tools" }).click();
     await show(page, 2);
     for (const tab of ["Charts", "State", "Events"]) {
       await page.getByRole("tab", { name: tab }).click();

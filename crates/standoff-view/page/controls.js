@@ -83,6 +83,8 @@ function connect(page) {
     element("ruler-result").textContent = on ? "drag on the map to measure" : "";
     page.renew();
   };
+  // On phones, this button shows the others.
+  pressed("tools-button", ({ currentTarget: button }) => button.setAttribute("aria-expanded", String(button.getAttribute("aria-expanded") !== "true")));
   pressed("view-3d", () => page.show3d(!page.is3d));
   pressed("last-view", () => page.viewHistory.back());
   pressed("ruler", () => rule(!page.map.ruler));
