@@ -409,7 +409,14 @@ inReport("the charts can be saved as SVG with their legend", {}, async (page) =>
   }, text);
   assert.equal(error, "");
   assert.equal(links, 0, "the file refers to nothing");
-  for (const expected of ["paper/figure-9, seed 1", "UAV 0", "group 1", "Position error (m)", "Time (s)"]) assert.ok(texts.includes(expected), `${expected} is among ${texts}`);
+  for (const expected of ["paper/figure-9, seed 1", "UAV 0", "group 1", "Time (s)"]) assert.ok(texts.includes(expected), `${expected} is among ${texts}`);
+  // The headings explain the same lines as those on the page, such as the limits.
+  const headings = await page.locator(".panel:not([hidden]) h2").evaluateAll((all) => all.map((one) => [one.firstChild, ...one.querySelectorAll("small")].map((part) => part.textContent)));
+  assert.ok(headings.flat().includes("limits") && headings.flat().includes("half the field of view"), `${headings}`);
+  for (const [name, ...kinds] of headings) {
+    const heading = texts.find((text) => text.startsWith(name));
+    for (const kind of kinds) assert.ok(heading?.includes(kind), `${kind} is in ${heading}`);
+  }
 });
 
 inReport("the charts can be saved as a PNG with a legend", {}, async (page) => {

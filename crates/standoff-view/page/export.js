@@ -1,5 +1,8 @@
 // Export of the charts: an image of the visible panels, and a CSV file of all curves of the selected run.
 
+/** Dash styles as text. */
+const DASHES = { solid: "\u2014", dash: "--", dot: "\u00b7\u00b7\u00b7" };
+
 /** The plotly figure of the visible panels, one below the other, with a legend. */
 function chartsFigure(charts, width) {
   const { ink, faint, grid } = palette();
@@ -30,8 +33,9 @@ function chartsFigure(charts, width) {
       const domain = (own.domain ?? [0, 1]).map((share) => low + share * (high - low));
       layout[axis(index, name.replace("axis", "")).replace("y", "yaxis")] = { ...own, domain };
     }
+    const kinds = panel.kinds.map(([colour, dash, text]) => `\u2003<span style="color:${colour}">${DASHES[dash]}</span> ${escapeMarkup(text)}`);
     layout.annotations.push({
-      text: escapeMarkup(panel.heading.firstChild.textContent), xref: "paper", yref: "paper", x: 0, y: above - 0.01 / count, xanchor: "left",
+      text: escapeMarkup(panel.heading.firstChild.textContent) + kinds.join(""), xref: "paper", yref: "paper", x: 0, y: above - 0.01 / count, xanchor: "left",
       yanchor: "bottom", showarrow: false, font: { size: 11, color: faint },
     });
     for (const { text, ...note } of panel.plot.layout.annotations ?? []) {

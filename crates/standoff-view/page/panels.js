@@ -109,14 +109,16 @@ class Panel {
     this.plot = document.createElement("div");
     this.plot.className = "plot";
     this.section.append(this.heading, this.plot);
-    /** The curves that are drawn. */
+    /** The curves that are drawn, and the legend of their types: colour, dash style and text. */
     this.curves = [];
+    this.kinds = [];
   }
 
   /** Writes the heading: the title and the legend of the curve types. */
   head(name, kinds) {
     const { spec } = this;
     const unit = spec.unit ? ` (${spec.unit})` : "";
+    this.kinds = kinds;
     this.heading.title = spec.about;
     this.heading.replaceChildren(`${name}${spec.hint ? `, ${spec.hint}` : ""}${unit}`);
     for (const [colour, dash, text] of kinds) {
