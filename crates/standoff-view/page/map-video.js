@@ -3,7 +3,7 @@
 /** Frames per second of a video. */
 const VIDEO_RATE = 30;
 /** Types of videos, the first of which that the browser records is used: type, name and file ending. */
-const VIDEO_TYPES = [["video/webm", "WebM", "webm"], ["video/mp4", "MP4", "mp4"]];
+const VIDEO_TYPES = [["video/mp4", "MP4", "mp4"], ["video/webm", "WebM", "webm"]];
 
 class MapVideo {
   constructor(page) {
