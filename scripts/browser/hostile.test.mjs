@@ -15,7 +15,7 @@ function short(name) {
 /** Elements and event attributes that only a name could have inserted. */
 async function foreign(page) {
   return page.evaluate(() => [
-    ...[...document.querySelectorAll("img, iframe, object, embed, link, base, form:not([method=dialog])")].map((found) => found.outerHTML),
+    ...[...document.querySelectorAll("img, iframe, object, embed, link:not([rel=icon]), base, form:not([method=dialog])")].map((found) => found.outerHTML),
     ...[...document.querySelectorAll("*")].flatMap((found) => found.getAttributeNames().filter((name) => name.startsWith("on"))),
     ...[...document.scripts].filter((script) => !script.dataset.part && !script.src.startsWith("blob:")).slice(1).map((script) => script.outerHTML),
     ...[...document.querySelectorAll("a[href]")].map((link) => link.href).filter((href) => /^javascript:/i.test(href)),
