@@ -41,7 +41,8 @@ mod tests {
             Scenario::load(name, &Overrides { set, ..Overrides::default() }, 7).unwrap()
         };
         let (default, switched) = (load(DEFAULT_SCENARIO, &[]), load(DEFAULT_SCENARIO, &PAPER_LAW));
-        let paper = load("paper/figure-9", &[]);
+        let mut paper = load("paper/figure-9", &[]);
+        paper.settings.about.clone_from(&switched.settings.about);
         // Altitudes are simulated only with collision avoidance.
         assert_eq!(load(DEFAULT_SCENARIO, &["separation=false"]).uavs, switched.uavs);
         assert_eq!(switched.settings, paper.settings);
