@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::{Export, Fix};
+use super::model::{Export, Fix};
 
 pub(super) fn text(export: &Export) -> String {
     let interval = |begin_s: f64, end_s: f64| format!("{}/{}", export.utc(begin_s), export.utc(end_s));

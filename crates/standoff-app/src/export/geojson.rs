@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::{Export, Fix};
+use super::model::{Export, Fix};
 
 pub(super) fn text(export: &Export) -> String {
     let point = |fix: &Fix| fix.at.into_iter().chain(fix.altitude_m).collect::<Vec<f64>>();

@@ -1,20 +1,16 @@
 //! GPX 1.1: paths as tracks, gaps as waypoints.
 
 use quick_xml::Writer;
-use quick_xml::events::BytesDecl;
-use quick_xml::events::Event;
 
-use super::{Export, Path};
+use super::model::{Export, Path};
+use super::xml::{document, element};
 use crate::error::Failure;
 
 pub(super) fn text(export: &Export) -> Result<String, Failure> {
-    let mut xml = Writer::new_with_indent(Vec::new(), b' ', 1);
-    write(&mut xml, export).map_err(Failure::running)?;
-    String::from_utf8(xml.into_inner()).map_err(Failure::running)
+    document(|xml| write(xml, export))
 }
 
 fn write(xml: &mut Writer<Vec<u8>>, export: &Export) -> std::io::Result<()> {
-    xml.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
     let gpx = xml.create_element("gpx").with_attributes([
         ("version", "1.1"),
         ("creator", "standoff"),
@@ -55,11 +51,5 @@ fn track(xml: &mut Writer<Vec<u8>>, export: &Export, path: &Path) -> std::io::Re
         xml.create_element("trkseg").write_inner_content(points)?;
         Ok(())
     })?;
-    Ok(())
-}
-
-/// Writes an element that contains a text.
-pub(super) fn element(xml: &mut Writer<Vec<u8>>, name: &str, text: &str) -> std::io::Result<()> {
-    xml.create_element(name).write_text_content(quick_xml::events::BytesText::new(text))?;
     Ok(())
 }

@@ -1,20 +1,16 @@
-//! KML 2.3: paths as `Track`, outlines as lines and gaps as points, with their times.
+//! KML 2.2: paths as `gx:Track`, outlines as lines and gaps as points, with their times.
 
 use quick_xml::Writer;
-use quick_xml::events::{BytesDecl, Event};
 
-use super::gpx::element;
-use super::{Export, Path};
+use super::model::{Export, Path};
+use super::xml::{document, element};
 use crate::error::Failure;
 
 pub(super) fn text(export: &Export) -> Result<String, Failure> {
-    let mut xml = Writer::new_with_indent(Vec::new(), b' ', 1);
-    write(&mut xml, export).map_err(Failure::running)?;
-    String::from_utf8(xml.into_inner()).map_err(Failure::running)
+    document(|xml| write(xml, export))
 }
 
 fn write(xml: &mut Writer<Vec<u8>>, export: &Export) -> std::io::Result<()> {
-    xml.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
     let names = [("xmlns", "http://www.opengis.net/kml/2.2"), ("xmlns:gx", "http://www.google.com/kml/ext/2.2")];
     xml.create_element("kml").with_attributes(names).write_inner_content(|xml| {
         xml.create_element("Document").write_inner_content(|xml| {

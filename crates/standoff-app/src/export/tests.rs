@@ -3,6 +3,9 @@
 use standoff_sim::run::Mission;
 use standoff_sim::scenario::{Overrides, Scenario};
 
+use chrono::DateTime;
+
+use super::reader::GAP_MIN_S;
 use super::*;
 use crate::fly::fly;
 

@@ -1,0 +1,183 @@
+//! Reads a recorded run for an export.
+
+use std::collections::BTreeMap;
+use std::f64::consts::TAU;
+
+use chrono::{DateTime, Utc};
+use standoff::{Angle, Covariance, Displacement, Position};
+use standoff_io::geodesy::LocalPlane;
+use standoff_record::{Frame, MembershipState, Record, TrackStatus};
+use standoff_sim::scenario::Settings;
+
+use super::model::{Degrees, Export, Fix, Gap, Outline, Path};
+use crate::error::Failure;
+
+/// Least duration of a gap, s.
+pub(crate) const GAP_MIN_S: f64 = 2.0;
+
+/// Number of points of a full circle.
+const CIRCLE_POINTS: u32 = 72;
+
+/// Mahalanobis distance of the ellipse that contains a position with a probability of 95 %.
+const ELLIPSE_SDS: f64 = 2.447_746_830_680_816;
+
+/// Reads a run time step by time step.
+pub(crate) struct Reader<'a> {
+    plane: LocalPlane,
+    settings: &'a Settings,
+    names: &'a [String],
+    interval_s: f64,
+    next_outline_s: f64,
+    time_s: f64,
+    uavs: BTreeMap<u32, Path>,
+    tracks: BTreeMap<u32, Path>,
+    outlines: Vec<Outline>,
+    /// Last measurement of each target, or its first appearance, and why it is not measured since then.
+    unmeasured: BTreeMap<u32, Gap>,
+    gaps: Vec<Gap>,
+}
+
+impl<'a> Reader<'a> {
+    pub(crate) fn new(plane: LocalPlane, settings: &'a Settings, record: &'a Record, interval_s: f64) -> Self {
+        Self {
+            plane,
+            settings,
+            names: record.target_names(),
+            interval_s,
+            next_outline_s: 0.0,
+            time_s: 0.0,
+            uavs: BTreeMap::new(),
+            tracks: BTreeMap::new(),
+            outlines: Vec::new(),
+            unmeasured: BTreeMap::new(),
+            gaps: Vec::new(),
+        }
+    }
+
+    fn degrees(&self, position: Position) -> Result<Degrees, Failure> {
+        // To 0.1 mm, so that files stay small.
+        let rounded = |degrees: f64| (degrees * 1e9).round() / 1e9;
+        let [latitude_deg, longitude_deg] = self.plane.degrees_at(position).map_err(Failure::running)?;
+        Ok([longitude_deg, latitude_deg].map(rounded))
+    }
+
+    fn name(&self, target: u32) -> String {
+        self.names.get(target as usize).cloned().unwrap_or_else(|| format!("track {target}"))
+    }
+
+    pub(crate) fn frame(&mut self, frame: &Frame) -> Result<(), Failure> {
+        self.time_s = frame.time_us as f64 * 1e-6;
+        for row in &frame.uavs {
+            let at = self.degrees(Position::from_m(row.x_m, row.y_m))?;
+            let altitude_m = row.altitude_m.or(row.commanded_altitude_m);
+            let fix = Fix { time_s: self.time_s, at, altitude_m, position_sd_m: None };
+            let new = || Path { kind: "uav", name: format!("UAV {}", row.uav), fixes: Vec::new() };
+            self.uavs.entry(row.uav).or_insert_with(new).fixes.push(fix);
+        }
+        for row in &frame.tracks {
+            let at = self.degrees(Position::from_m(row.state[0], row.state[3]))?;
+            let covariance = Covariance::from_upper_triangle(&row.covariance);
+            let position_sd_m = Some(covariance.position_sd_max_m());
+            let name = self.name(row.target);
+            let new = || Path { kind: "track", name, fixes: Vec::new() };
+            let fix = Fix { time_s: self.time_s, at, altitude_m: None, position_sd_m };
+            self.tracks.entry(row.track).or_insert_with(new).fixes.push(fix);
+        }
+        self.find_gaps(frame)?;
+        if self.time_s >= self.next_outline_s {
+            self.next_outline_s += self.interval_s;
+            self.outline(frame)?;
+        }
+        Ok(())
+    }
+
+    /// Adds the outlines of this time.
+    fn outline(&mut self, frame: &Frame) -> Result<(), Failure> {
+        for row in &frame.groups {
+            let centre = Position::from_m(row.x_m, row.y_m);
+            self.add("orbit", format!("group {}", row.group), circle(centre, row.standoff_distance_m))?;
+        }
+        let sensor = &self.settings.team.track.sensor;
+        for row in &frame.uavs {
+            let Some(boresight_rad) = row.boresight_rad else { continue };
+            let at = Position::from_m(row.x_m, row.y_m);
+            let ring = sector(at, boresight_rad, sensor.half_field_of_view_rad(), sensor.sensing_range_m);
+            self.add("field of view", format!("UAV {}", row.uav), ring)?;
+        }
+        for row in &frame.tracks {
+            let covariance = Covariance::from_upper_triangle(&row.covariance).position();
+            let Some(root) = covariance.cholesky() else { continue };
+            let at = Position::from_m(row.state[0], row.state[3]);
+            let ring = circle(Position::default(), ELLIPSE_SDS);
+            let scaled = |of: Position| root.l() * of.vector();
+            let ring = ring.into_iter().map(scaled).map(|of| at + Displacement::from_m(of.x, of.y)).collect();
+            let name = self.name(row.target);
+            self.add("uncertainty", name, ring)?;
+        }
+        Ok(())
+    }
+
+    fn add(&mut self, kind: &'static str, name: String, ring: Vec<Position>) -> Result<(), Failure> {
+        let ring = ring.into_iter().map(|at| self.degrees(at)).collect::<Result<Vec<_>, _>>()?;
+        let (begin_s, end_s) = (self.time_s, self.time_s + self.interval_s);
+        self.outlines.push(Outline { kind, name, begin_s, end_s, ring });
+        Ok(())
+    }
+
+    /// Finds the times in which an existing target is not measured. Without truth, those of tracks are found.
+    fn find_gaps(&mut self, frame: &Frame) -> Result<(), Failure> {
+        let truth = frame.truth.iter().map(|row| (row.target, [row.x_m, row.y_m]));
+        let tracks = frame.tracks.iter().map(|row| (row.target, [row.state[0], row.state[3]]));
+        let existing: BTreeMap<u32, [f64; 2]> = if frame.truth.is_empty() { tracks.collect() } else { truth.collect() };
+        let ended: Vec<u32> = self.unmeasured.keys().copied().filter(|target| !existing.contains_key(target)).collect();
+        ended.into_iter().for_each(|target| self.end_gap(target));
+        for (target, [x_m, y_m]) in existing {
+            let track = frame.tracks.iter().find(|row| row.target == target);
+            if track.is_some_and(|row| row.status == TrackStatus::Updated) {
+                self.end_gap(target);
+            }
+            let cause = match track {
+                None => "no track",
+                Some(row) if row.membership == MembershipState::Removed => "removed",
+                Some(_) => "not detected",
+            };
+            let (at, name, time_s) = (self.degrees(Position::from_m(x_m, y_m))?, self.name(target), self.time_s);
+            let gap = self.unmeasured.entry(target);
+            let gap = gap.or_insert(Gap { name, begin_s: time_s, end_s: time_s, at, cause });
+            (gap.end_s, gap.cause) = (time_s, cause);
+        }
+        Ok(())
+    }
+
+    fn end_gap(&mut self, target: u32) {
+        let gap = self.unmeasured.remove(&target);
+        let gap = gap.map(|gap| Gap { end_s: self.time_s, ..gap });
+        self.gaps.extend(gap.filter(|gap| gap.end_s - gap.begin_s >= GAP_MIN_S));
+    }
+
+    pub(crate) fn finish(mut self, name: String, begin: DateTime<Utc>) -> Export {
+        let open: Vec<u32> = self.unmeasured.keys().copied().collect();
+        open.into_iter().for_each(|target| self.end_gap(target));
+        self.gaps.sort_by(|a, b| a.begin_s.total_cmp(&b.begin_s));
+        let end_s = self.time_s;
+        self.outlines.iter_mut().for_each(|of| of.end_s = of.end_s.min(end_s));
+        let paths = self.uavs.into_values().chain(self.tracks.into_values()).collect();
+        Export { name, begin, end_s, paths, outlines: self.outlines, gaps: self.gaps }
+    }
+}
+
+/// A closed circle.
+fn circle(centre: Position, radius_m: f64) -> Vec<Position> {
+    let at = |k: u32| {
+        centre + Displacement::from_polar(radius_m, Angle::from_rad(TAU * f64::from(k) / f64::from(CIRCLE_POINTS)))
+    };
+    (0..=CIRCLE_POINTS).map(|k| at(k % CIRCLE_POINTS)).collect()
+}
+
+/// A closed sector about a boresight.
+fn sector(apex: Position, boresight_rad: f64, half_width_rad: f64, range_m: f64) -> Vec<Position> {
+    let points = (half_width_rad / TAU * 2.0 * f64::from(CIRCLE_POINTS)).ceil() as u32;
+    let angle_rad = |k: u32| boresight_rad + half_width_rad * (2.0 * f64::from(k) / f64::from(points) - 1.0);
+    let arc = (0..=points).map(|k| apex + Displacement::from_polar(range_m, Angle::from_rad(angle_rad(k))));
+    core::iter::once(apex).chain(arc).chain([apex]).collect()
+}
