@@ -299,7 +299,7 @@ inReport("the map opens with all current objects in view and keeps them in view,
   await page.getByLabel("Follow").selectOption("run");
   const whole = await camera(page);
   await page.reload();
-  await page.waitForSelector("body[data-frames]");
+  await page.waitForFunction(() => document.getElementById("follow").value === "now");
   for (const time_s of [0, 700, 300]) {
     if (time_s === 300) {
       await page.getByRole("button", { name: "Zoom in" }).click();

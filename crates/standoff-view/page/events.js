@@ -168,8 +168,8 @@ class EventList {
     new ResizeObserver(() => {
       if (this.width !== this.list.clientWidth) {
         this.width = this.list.clientWidth;
+        // The rows stay: the pointer may be about to click one.
         this.heights_px.clear();
-        this.clear();
         this.renew();
       }
       if (!this.isAway) this.scrollToRow(this.current);
