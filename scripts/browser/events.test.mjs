@@ -29,7 +29,7 @@ async function listed(page) {
 }
 
 async function isAt(page, time_s) {
-  await painted(page);
+  await page.waitForFunction((text) => document.getElementById("clock").textContent === text, time_s.toFixed(1));
   assert.equal(await clock(page), time_s);
   assert.equal(Number(await page.getByRole("slider", { name: "Time" }).inputValue()), time_s);
   assert.equal(await page.locator("#clock").textContent(), time_s.toFixed(1));

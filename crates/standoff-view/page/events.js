@@ -288,10 +288,10 @@ class EventList {
     if (fresh.every(({ event }) => this.heights_px.get(event) === this.row_px)) return;
     const before_px = this.tops_px[fixed];
     this.layOut();
-    if (this.tops_px[fixed] !== before_px) {
-      this.list.scrollTop += this.tops_px[fixed] - before_px;
-      this.placed_px = this.list.scrollTop;
-    }
+    // If the user has scrolled, the list stays away from the place where it was put.
+    const moved_px = this.tops_px[fixed] - before_px;
+    this.list.scrollTop += moved_px;
+    this.placed_px += moved_px;
     this.show(fixed);
   }
 
