@@ -125,7 +125,7 @@ fn parse_run(path: &str) -> Option<(RunKey, &str)> {
         .then_some((which, parts.next()?))
 }
 
-/// A served page, and its content security policy if it needs one of its own.
+/// A served page, and its content security policy if the common one does not fit.
 #[derive(Debug, Clone)]
 struct ServedPage {
     html: Resource,

@@ -2,7 +2,7 @@
 
 use quick_xml::Writer;
 
-use super::model::{Export, Path};
+use super::model::{Degrees, Export, Path};
 use super::xml::{document, element};
 use crate::error::Failure;
 
@@ -18,10 +18,7 @@ fn write(xml: &mut Writer<Vec<u8>>, export: &Export) -> std::io::Result<()> {
     ]);
     gpx.write_inner_content(|xml| {
         for gap in &export.gaps {
-            let [longitude_deg, latitude_deg] = gap.at.map(|value| value.to_string());
-            let waypoint =
-                xml.create_element("wpt").with_attributes([("lat", &*latitude_deg), ("lon", &*longitude_deg)]);
-            waypoint.write_inner_content(|xml| {
+            point(xml, "wpt", gap.at, |xml| {
                 element(xml, "time", &export.utc(gap.begin_s))?;
                 element(xml, "name", &gap.name)?;
                 element(xml, "desc", &format!("gap of {:.1} s: {}", gap.end_s - gap.begin_s, gap.cause))
@@ -35,14 +32,10 @@ fn write(xml: &mut Writer<Vec<u8>>, export: &Export) -> std::io::Result<()> {
 fn track(xml: &mut Writer<Vec<u8>>, export: &Export, path: &Path) -> std::io::Result<()> {
     let points = |xml: &mut Writer<Vec<u8>>| {
         path.fixes.iter().try_for_each(|fix| {
-            let [longitude_deg, latitude_deg] = fix.at.map(|value| value.to_string());
-            let point =
-                xml.create_element("trkpt").with_attributes([("lat", &*latitude_deg), ("lon", &*longitude_deg)]);
-            point.write_inner_content(|xml| {
+            point(xml, "trkpt", fix.at, |xml| {
                 fix.altitude_m.map_or(Ok(()), |altitude_m| element(xml, "ele", &altitude_m.to_string()))?;
                 element(xml, "time", &export.utc(fix.time_s))
-            })?;
-            Ok(())
+            })
         })
     };
     xml.create_element("trk").write_inner_content(|xml| {
@@ -51,5 +44,18 @@ fn track(xml: &mut Writer<Vec<u8>>, export: &Export, path: &Path) -> std::io::Re
         xml.create_element("trkseg").write_inner_content(points)?;
         Ok(())
     })?;
+    Ok(())
+}
+
+/// Writes an element at a position.
+fn point(
+    xml: &mut Writer<Vec<u8>>,
+    kind: &str,
+    at: Degrees,
+    contents: impl Fn(&mut Writer<Vec<u8>>) -> std::io::Result<()>,
+) -> std::io::Result<()> {
+    let [longitude_deg, latitude_deg] = at.map(|value| value.to_string());
+    let attributes = [("lat", &*latitude_deg), ("lon", &*longitude_deg)];
+    xml.create_element(kind).with_attributes(attributes).write_inner_content(contents)?;
     Ok(())
 }

@@ -61,10 +61,6 @@ impl<'a> Reader<'a> {
         Ok([longitude_deg, latitude_deg].map(rounded))
     }
 
-    fn name(&self, target: u32) -> String {
-        self.names.get(target as usize).cloned().unwrap_or_else(|| format!("track {target}"))
-    }
-
     pub(crate) fn frame(&mut self, frame: &Frame) -> Result<(), Failure> {
         self.time_s = frame.time_us as f64 * 1e-6;
         for row in &frame.uavs {
@@ -78,8 +74,7 @@ impl<'a> Reader<'a> {
             let at = self.degrees(Position::from_m(row.state[0], row.state[3]))?;
             let covariance = Covariance::from_upper_triangle(&row.covariance);
             let position_sd_m = Some(covariance.position_sd_max_m());
-            let name = self.name(row.target);
-            let new = || Path { kind: "track", name, fixes: Vec::new() };
+            let new = || Path { kind: "track", name: name(self.names, row.target), fixes: Vec::new() };
             let fix = Fix { time_s: self.time_s, at, altitude_m: None, position_sd_m };
             self.tracks.entry(row.track).or_insert_with(new).fixes.push(fix);
         }
@@ -108,11 +103,10 @@ impl<'a> Reader<'a> {
             let covariance = Covariance::from_upper_triangle(&row.covariance).position();
             let Some(root) = covariance.cholesky() else { continue };
             let at = Position::from_m(row.state[0], row.state[3]);
-            let ring = circle(Position::default(), ELLIPSE_SDS);
             let scaled = |of: Position| root.l() * of.vector();
-            let ring = ring.into_iter().map(scaled).map(|of| at + Displacement::from_m(of.x, of.y)).collect();
-            let name = self.name(row.target);
-            self.add("uncertainty", name, ring)?;
+            let ring = circle(Position::default(), ELLIPSE_SDS).into_iter().map(scaled);
+            let ring = ring.map(|of| at + Displacement::from_m(of.x, of.y)).collect();
+            self.add("uncertainty", name(self.names, row.target), ring)?;
         }
         Ok(())
     }
@@ -129,10 +123,11 @@ impl<'a> Reader<'a> {
         let truth = frame.truth.iter().map(|row| (row.target, [row.x_m, row.y_m]));
         let tracks = frame.tracks.iter().map(|row| (row.target, [row.state[0], row.state[3]]));
         let existing: BTreeMap<u32, [f64; 2]> = if frame.truth.is_empty() { tracks.collect() } else { truth.collect() };
+        let tracks: BTreeMap<u32, _> = frame.tracks.iter().map(|row| (row.target, row)).collect();
         let ended: Vec<u32> = self.unmeasured.keys().copied().filter(|target| !existing.contains_key(target)).collect();
         ended.into_iter().for_each(|target| self.end_gap(target));
         for (target, [x_m, y_m]) in existing {
-            let track = frame.tracks.iter().find(|row| row.target == target);
+            let track = tracks.get(&target);
             if track.is_some_and(|row| row.status == TrackStatus::Updated) {
                 self.end_gap(target);
             }
@@ -141,10 +136,13 @@ impl<'a> Reader<'a> {
                 Some(row) if row.membership == MembershipState::Removed => "removed",
                 Some(_) => "not detected",
             };
-            let (at, name, time_s) = (self.degrees(Position::from_m(x_m, y_m))?, self.name(target), self.time_s);
-            let gap = self.unmeasured.entry(target);
-            let gap = gap.or_insert(Gap { name, begin_s: time_s, end_s: time_s, at, cause });
-            (gap.end_s, gap.cause) = (time_s, cause);
+            if let Some(gap) = self.unmeasured.get_mut(&target) {
+                gap.cause = cause;
+                continue;
+            }
+            let (at, begin_s) = (self.degrees(Position::from_m(x_m, y_m))?, self.time_s);
+            let gap = Gap { name: name(self.names, target), begin_s, end_s: begin_s, at, cause };
+            self.unmeasured.insert(target, gap);
         }
         Ok(())
     }
@@ -164,6 +162,11 @@ impl<'a> Reader<'a> {
         let paths = self.uavs.into_values().chain(self.tracks.into_values()).collect();
         Export { name, begin, end_s, paths, outlines: self.outlines, gaps: self.gaps }
     }
+}
+
+/// The name of a target or of a track without one.
+fn name(names: &[String], target: u32) -> String {
+    names.get(target as usize).cloned().unwrap_or_else(|| format!("track {target}"))
 }
 
 /// A closed circle.
