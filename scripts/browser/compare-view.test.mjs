@@ -76,6 +76,7 @@ test("two runs are shown at the same time, the side panel shows one of them, and
 
   // The metrics of the runs and their difference.
   await page.getByRole("tab", { name: "Outcome" }).click();
+  await page.getByLabel("all metrics").check();
   assert.deepEqual(await page.locator("#outcome thead th").allTextContents(), ["Metric", "A", "B", "B \u2212 A", "Unit", "Goal or limit"]);
   const numbers = await page.locator('#outcome td[data-metric="standoff_error_m"]').allTextContents();
   const [a, b, difference] = numbers.map((text) => Number(text.replace("\u2212", "-")));

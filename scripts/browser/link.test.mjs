@@ -161,7 +161,7 @@ inLink("invalid parameters of a link are reported and otherwise ignored", async 
     ["#t=40&view=1,2,0", 40, /view=1,2,0, which must be/],
     ["#t=40&view=1e9,2,1", 40, /view=1e9,2,1, which must be/],
     ["#t=40&highlight=77", 40, /highlights group 77, which is not in this run/],
-    ["#t=40&tab=map", 40, /tab=map, which must be charts, state, events or outcome/],
+    ["#t=40&tab=map", 40, /tab=map, which must be charts, state, events, problems or outcome/],
     ["#t=40&follow=2", 40, /follow=2, which must be 1, now or run/],
     ["#%E0%A4%A&&==&uav", 0, /names UAV \(empty\)/],
     ["#elsewhere", 0, /^$/],

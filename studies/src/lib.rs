@@ -24,7 +24,7 @@ mod wind;
 pub use error::Failure;
 pub use monte_carlo_plan::{PAPER_LAW, Plan};
 pub use page::write_page;
-pub use study::{Study, claims_file, save, summary};
+pub use study::{Study, claims_file, rules, save, summary};
 
 /// A table, figure or topic that can be reproduced.
 #[derive(Debug, Clone, Copy)]

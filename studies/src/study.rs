@@ -8,7 +8,7 @@ use standoff_io::display_text::{self, WIDTH, wrapped, wrapped_lines};
 use standoff_view::figures::Figure;
 use standoff_view::figures::study::{Line, Plot, study};
 
-use super::claim::{Claim, FEW_RUNS, RULES, Verdict, shown};
+use super::claim::{Claim, FEW_RUNS, Finding, RULES, Verdict, shown};
 use super::monte_carlo_plan::Plan;
 use super::statistics::Estimate;
 use crate::error::Failure;
@@ -32,6 +32,9 @@ pub struct Study {
     /// Description in a few sentences: Markdown for the page or, if the study has no claims, text for a terminal.
     pub(crate) about: String,
     pub(crate) claims: Vec<Claim>,
+    /// Columns of the paper's table: the claims about their numbers end with their names. All numbers are errors, so
+    /// that smaller ones are better.
+    pub(crate) columns: &'static [&'static str],
     pub(crate) tables: Vec<Table>,
     pub(crate) figures: Vec<Figure>,
     pub(crate) data: Vec<Data>,
@@ -42,6 +45,8 @@ pub(crate) struct Table {
     pub(crate) title: String,
     pub(crate) columns: Vec<String>,
     pub(crate) rows: Vec<Vec<String>>,
+    /// Number of columns that are printed together if the table is wider than a terminal.
+    pub(crate) at_once: usize,
 }
 
 /// Numerical data, written as a CSV file.
@@ -56,8 +61,17 @@ pub(crate) struct Data {
 impl Study {
     /// Creates a study without results.
     pub(crate) fn new(name: &'static str, title: &'static str, about: impl Into<String>) -> Self {
-        let about = about.into();
-        Self { name, title, about, claims: Vec::new(), tables: Vec::new(), figures: Vec::new(), data: Vec::new() }
+        let (about, columns) = (about.into(), &[]);
+        Self {
+            name,
+            title,
+            about,
+            claims: Vec::new(),
+            columns,
+            tables: Vec::new(),
+            figures: Vec::new(),
+            data: Vec::new(),
+        }
     }
 
     /// Draws a figure and adds it to the study.
@@ -94,7 +108,9 @@ impl Study {
         if self.claims.is_empty() {
             text += &wrapped("  ", &self.about, WIDTH);
         }
-        for (claim, cause) in self.claims_with_causes() {
+        text += &self.paper_columns();
+        let is_in_column = |claim: &Claim| self.columns.iter().any(|column| row_of(claim, column).is_some());
+        for (claim, cause) in self.claims_with_causes().filter(|(claim, _)| !is_in_column(claim)) {
             text += &wrapped(&format!("  {:15} ", claim.finding.verdict().words()), &plain(&claim.what), WIDTH);
             text += &wrapped(&" ".repeat(18), &format!("paper {}; ours {}", claim.paper(), claim.ours()), WIDTH);
             if let Some(gap) = claim.gap() {
@@ -106,16 +122,63 @@ impl Study {
             text += &format!(
                 "\n{}{}",
                 wrapped("  ", &plain(&table.title), WIDTH),
-                columns(&table.columns, table.plain_rows())
+                columns(&table.columns, table.plain_rows(), table.at_once)
             );
         }
         text
     }
+
+    /// Formats the claims about the numbers of the paper's table: a table for each of its columns, and the reasons.
+    fn paper_columns(&self) -> String {
+        let mut text = String::new();
+        let mut reasons: Vec<(&str, Vec<&str>)> = Vec::new();
+        for column in self.columns {
+            let heads = [column, "paper", "ours, 95 % interval", "ours / paper", "verdict"];
+            let mut rows = Vec::new();
+            for claim in &self.claims {
+                let Some(name) = row_of(claim, column) else { continue };
+                let Finding::Number { paper, ours, .. } = claim.finding else { continue };
+                let verdict = claim.finding.verdict();
+                let better = if ours.value < paper { "ours is better" } else { "the paper's is better" };
+                let verdict = match verdict {
+                    Verdict::NotReproduced => format!("{}: {better}", verdict.words()),
+                    _ => verdict.words().to_owned(),
+                };
+                let ratio = format!("{:.2}", ours.value / paper);
+                rows.push(vec![
+                    format!("{name} ({})", claim.unit),
+                    shown(paper),
+                    ours.formatted(shown),
+                    ratio,
+                    verdict,
+                ]);
+                if let Some(cause) = claim.cause() {
+                    match reasons.iter_mut().find(|(known, _)| *known == cause) {
+                        Some((_, names)) if names.contains(&name) => {}
+                        Some((_, names)) => names.push(name),
+                        None => reasons.push((cause, vec![name])),
+                    }
+                }
+            }
+            text += &format!("\n{}", columns(&heads, rows, usize::MAX));
+        }
+        text += if reasons.is_empty() { "" } else { "\n" };
+        for (cause, names) in reasons {
+            text += &wrapped("  ", &plain(&format!("{}: {cause}", names.join(", "))), WIDTH);
+        }
+        text + if self.columns.is_empty() { "" } else { "\n" }
+    }
+}
+
+/// Returns the row of a claim about a number in this column of the paper's table.
+fn row_of<'a>(claim: &'a Claim, column: &str) -> Option<&'a str> {
+    claim.what.strip_suffix(column)?.strip_suffix(", ").filter(|row| !row.contains(':'))
 }
 
 impl Table {
     pub(crate) fn new(title: impl Into<String>, columns: impl IntoIterator<Item: Into<String>>) -> Self {
-        Self { title: title.into(), columns: columns.into_iter().map(Into::into).collect(), rows: Vec::new() }
+        let columns = columns.into_iter().map(Into::into).collect();
+        Self { title: title.into(), columns, rows: Vec::new(), at_once: 1 }
     }
 
     /// Returns the rows without the backticks of Markdown.
@@ -183,7 +246,7 @@ pub(crate) fn counts(studies: &[&Study]) -> Vec<String> {
     [claims().count()].into_iter().chain(Verdict::ALL.map(count)).map(|count| count.to_string()).collect()
 }
 
-/// Formats a summary in lines of at most 100 columns: the number of claims of each study by verdict.
+/// Formats the number of claims of each study by verdict, in lines of at most 100 columns.
 pub fn summary(studies: &[Study]) -> String {
     let studies: Vec<&Study> = studies.iter().filter(|study| !study.claims.is_empty()).collect();
     if studies.is_empty() {
@@ -194,8 +257,15 @@ pub fn summary(studies: &[Study]) -> String {
     if rows.len() > 1 {
         rows.push(row("total", &studies));
     }
-    let mut text = "Summary\n".to_owned() + &columns(&count_heads(), rows);
-    text += "\nRules of the verdicts, by kind of claim\n";
+    "Summary\n".to_owned() + &columns(&count_heads(), rows, usize::MAX)
+}
+
+/// Formats the rules of the verdicts, and the number of verdicts from few runs.
+pub fn rules(studies: &[Study]) -> String {
+    if studies.iter().all(|study| study.claims.is_empty()) {
+        return String::new();
+    }
+    let mut text = "Rules of the verdicts, by kind of claim\n".to_owned();
     for (kind, rule) in RULES {
         text += &wrapped(&format!("  {kind:11}"), rule, WIDTH);
     }
@@ -247,23 +317,22 @@ fn plain(text: &str) -> String {
 }
 
 /// Formats the rows of a table under their heads, with aligned columns. The first column is wrapped, and further
-/// columns are continued below, so that no line is longer than 100 columns.
-fn columns(heads: &[impl ToString], mut rows: Vec<Vec<String>>) -> String {
+/// columns are continued below, `at_once` together, so that no line is longer than 100 columns.
+fn columns(heads: &[impl ToString], mut rows: Vec<Vec<String>>, at_once: usize) -> String {
     rows.insert(0, heads.iter().map(ToString::to_string).collect());
     let width = |column: usize| rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max();
     let mut widths: Vec<usize> = (0..heads.len()).map(|column| width(column).unwrap_or_default()).collect();
     let others: usize = widths.iter().skip(1).map(|width| 2 + width).sum();
     let left = (COLUMNS - 2).saturating_sub(others);
     widths[0] = widths[0].min(if left < NAME_MIN { NAME_MAX } else { left });
+    let all: Vec<usize> = (1..heads.len()).collect();
+    let fits = |columns: &[usize]| 2 + widths[0] + columns.iter().map(|&column| 2 + widths[column]).sum::<usize>();
     let mut blocks: Vec<Vec<usize>> = Vec::new();
-    let mut used = usize::MAX;
-    for (column, width) in widths.iter().enumerate().skip(1) {
-        if used.saturating_add(2 + width) > COLUMNS {
-            used = 2 + widths[0];
-            blocks.push(Vec::new());
+    for together in all.chunks(at_once.clamp(1, all.len().max(1))) {
+        match blocks.last_mut() {
+            Some(block) if fits(&[block, together].concat()) <= COLUMNS => block.extend(together),
+            _ => blocks.push(together.to_vec()),
         }
-        used += 2 + width;
-        blocks.iter_mut().last().into_iter().for_each(|block| block.push(column));
     }
     let line = |row: &Vec<String>, block: &Vec<usize>| {
         let mut names = wrapped_lines(row.first().map_or("", String::as_str), widths[0]).into_iter();
@@ -283,7 +352,6 @@ fn columns(heads: &[impl ToString], mut rows: Vec<Vec<String>>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::claim::Finding;
     use crate::statistics::Estimate;
 
     #[test]
@@ -306,10 +374,10 @@ mod tests {
         let one = summary(&[good, study(vec![])]);
         let heads = "            claims  reproduced  direction only  undecided  not reproduced\n";
         let row = "  Table II  2       1           0               0          1\n";
-        assert!(one.starts_with(&format!("Summary\n{heads}{row}\nRules of the verdicts")), "{one}");
+        assert_eq!(one, format!("Summary\n{heads}{row}"));
+        let good = study(vec![claim(1.0, 0), claim(2.0, 29)]);
         let weak = "  1 of these verdicts are weak: they come from fewer than 30 runs, see --runs\n";
-        assert!(one.ends_with(weak), "{one}");
-        let good = study(vec![claim(1.0, 0), claim(2.0, 0)]);
+        assert!(rules(std::slice::from_ref(&good)).ends_with(weak));
         let both = summary(&[good, bad]);
         assert!(both.contains("\n  total     3       1           0               0          2\n"), "{both}");
     }
@@ -317,6 +385,6 @@ mod tests {
     #[test]
     fn columns_are_aligned() {
         let rows = vec![vec!["long name".to_owned(), "1".to_owned()], vec!["x".to_owned(), "22".to_owned()]];
-        assert_eq!(columns(&["what", "n"], rows), "  what       n\n  long name  1\n  x          22\n");
+        assert_eq!(columns(&["what", "n"], rows, 1), "  what       n\n  long name  1\n  x          22\n");
     }
 }

@@ -15,15 +15,16 @@ mod error;
 mod export;
 mod fly;
 mod maps;
+mod metric_table;
 mod outcome;
 mod report;
 mod sweep;
 mod warnings;
 
 pub use baseline::BaselineReport;
-pub use batch::{REPORT, batch_page};
+pub use batch::{REPORT, batch_page, batch_text};
 pub use cancellable::{POLL, run_interruptible};
-pub use comparison::{Verdict, comparison_text, maybe, name_width, number};
+pub use comparison::{Verdict, comparison_text};
 pub use error::{Failure, format_errors, of_batch, of_record};
 pub use export::{Export, ExportFormat, ExportOptions};
 pub use fly::{fly, has_older_run, manifest};

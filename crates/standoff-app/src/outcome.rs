@@ -1,52 +1,27 @@
 //! The outcome of a run, as text for a terminal or as JSON.
 
 mod events;
+mod problems;
 mod targets_and_limits;
 
 use std::path::Path;
 
 use serde::Serialize;
 use standoff_io::display_text::{self, count, shell_path, wrapped};
-use standoff_score::{MetricInfo, MetricSelection, Metrics, SelectedMetrics, TargetScore};
+use standoff_score::{MetricInfo, MetricSelection, Metrics, SelectedMetrics, TargetScore, WorseDirection};
 use standoff_sim::baseline::{CoverageBaseline, SPEED_M_S};
 use standoff_sim::scenario::Settings;
 use standoff_view::replay::Line;
 
+use crate::metric_table::{MetricRow, metric_table};
 pub(crate) use events::Events;
 use events::named;
+pub(crate) use problems::{Problem, alarms_csv, gaps_csv, problems};
 
 /// Minimum fraction of ungrouped target time that is explained.
 const UNGROUPED_NOTABLE: f64 = 0.1;
 /// Maximum number of targets listed in the table.
 const TARGETS_SHOWN: usize = 20;
-
-/// Metrics left out of the table unless the user names them: components of other metrics, or nearly equal to others.
-const HIDDEN: [&str; 11] = [
-    "position_error_all_m",
-    "standoff_distance_m",
-    "standoff_error_m_settled",
-    "standoff_error_own_estimate_m_settled",
-    "standoff_error_unfiltered_m_settled",
-    "turn_rate_saturated_fraction_settled",
-    "separation_min_same_group_m",
-    "position_squared_error_m2",
-    "position_crlb_m2",
-    "velocity_squared_error_m2_s2",
-    "velocity_crlb_m2_s2",
-];
-
-/// Metrics that are printed in a comparison with the paper's law.
-const PAPER_COMPARISON: [&str; 9] = [
-    "custody_fraction",
-    "in_view_fraction",
-    "longest_out_of_view_s",
-    "position_error_m",
-    "standoff_error_on_orbit_m",
-    "phase_error_deg",
-    "off_boresight_max_deg",
-    "separation_min_same_altitude_m",
-    "infeasible_fraction",
-];
 
 /// Results of a run.
 #[derive(Serialize)]
@@ -69,6 +44,9 @@ pub struct Outcome {
     /// Coverage baseline, if requested. It belongs to the scenario, so that it is not in the summary of a record.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub baseline: Option<CoverageBaseline>,
+    /// Alarms, grouped by kind and cause.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(crate) problems: Vec<Problem>,
     #[serde(flatten)]
     pub(crate) events: Events,
     /// Scores of each target.
@@ -92,8 +70,10 @@ pub struct PerTarget {
 /// Options for printing an outcome.
 #[derive(Clone, Copy)]
 pub struct OutcomeOptions<'a> {
-    /// Metrics of the paper's law to print next to the run's: only the most important rows are then printed.
+    /// Metrics of the paper's law to print next to the run's.
     pub paper_comparison: Option<&'a Metrics>,
+    /// Advice to print after the results.
+    pub advice: &'a str,
     /// True to also list the targets.
     pub per_target: bool,
     /// Maximum length of explanations and events, characters. The table needs 80.
@@ -102,40 +82,23 @@ pub struct OutcomeOptions<'a> {
 
 impl Default for OutcomeOptions<'_> {
     fn default() -> Self {
-        Self { paper_comparison: None, per_target: false, width: display_text::WIDTH }
+        Self { paper_comparison: None, advice: "", per_target: false, width: display_text::WIDTH }
     }
 }
 
-/// Returns the rows of the table: the selected metrics that are informative, in their fixed order; fractions in
-/// percent.
+/// Returns the selected metrics in their fixed order, fractions in percent. Those without a value are left out of the
+/// default selection.
 pub fn lines(metrics: &SelectedMetrics, settings: &Settings) -> Vec<Line> {
-    // With separate values for manoeuvring and other targets, the overall consistency would hide both.
-    let is_split = metrics.get("anees_manoeuvring").flatten().is_some();
-    // If all groups have one UAV, or all have more, these two add nothing to `position_error_m`.
-    let by_uav_count = ["position_error_single_uav_m", "position_error_multi_uav_m"];
-    let is_mixed = by_uav_count.iter().all(|name| metrics.get(name).flatten().is_some());
-    let is_set = [MetricSelection::standard(), MetricSelection::all()].contains(&metrics.choice);
-    let is_hidden = |name: &&str| {
-        (is_set && HIDDEN.contains(name))
-            || (*name == "anees" && is_split)
-            || (by_uav_count.contains(name) && !is_mixed)
-    };
-    // A row without a value is shown only if the user selected the metric.
-    let is_standard = metrics.choice == MetricSelection::standard();
+    let is_default = metrics.choice == MetricSelection::standard();
     let line = |info: &MetricInfo| {
         let (unit, factor) = MetricInfo::unit(info.name);
         let value = metrics.get(info.name)?.map(|value| factor * value);
-        let is_off = is_standard && (value.is_none() || is_feature_off(info.name, value, settings));
         let target = targets_and_limits::target(info.name, settings);
-        (!is_off).then_some(Line { metric: info.name, label: info.label, value, unit, target })
+        let is_main = metrics.choice.shows(info);
+        let (metric, section, label) = (info.name, info.section, info.label);
+        (value.is_some() || !is_default).then_some(Line { metric, section, label, value, unit, target, is_main })
     };
-    MetricInfo::all().iter().filter(|info| !is_hidden(&info.name)).filter_map(line).collect()
-}
-
-/// True for metrics of collision avoidance if the scenario does not use it and no violation occurred.
-fn is_feature_off(metric: &str, value: Option<f64>, settings: &Settings) -> bool {
-    let is_avoidance = ["separation_violations", "avoidance_time_s"].contains(&metric);
-    is_avoidance && settings.team.separation.is_none() && value == Some(0.0)
+    MetricInfo::all().iter().filter_map(line).collect()
 }
 
 impl Outcome {
@@ -171,8 +134,13 @@ impl Outcome {
         if options.per_target && !self.per_target.is_empty() {
             text += &self.targets_table();
         }
-        let ends_s = self.per_target.iter().map(|one| (one.target.as_str(), one.score.until_s)).collect();
-        text += &self.events.text(unfinished_after_s.unwrap_or(*duration_s), &ends_s, options.width);
+        if !self.problems.is_empty() {
+            text += "\nProblems, those of the longest total time first; all are in alarms.csv and gaps.csv\n";
+        }
+        self.problems.iter().for_each(|problem| text += &problem.text(options.width));
+        let alarms: Vec<&str> = self.problems.iter().map(|problem| problem.kind).collect();
+        text += &self.events.text(&alarms, options.width);
+        text += options.advice;
         let (dir, page) = (shell_path(out), out.join("report.html"));
         text += &format!("\nresults in {dir}\nnext:\n");
         // A read-only record may have no page.
@@ -182,38 +150,33 @@ impl Outcome {
         text + &format!("  standoff view {dir}  (serves the replay with every time step)\n")
     }
 
-    /// Formats the metrics as a table with one section per topic, with lines that explain values below their row.
+    /// Formats the metrics as a table, with lines that explain values below their row.
     fn table(&self, paper_comparison: Option<&Metrics>, width: usize) -> String {
-        let paper_heading = if paper_comparison.is_some() { "  paper's law*" } else { "" };
-        let mut text = format!("\n{:49} {:>9}{paper_heading}        goal or limit\n", "", "this run");
         let remarks = targets_and_limits::remarks(&self.metrics, &self.events, &self.settings);
-        let mut section = "";
-        for line in lines(&self.metrics, &self.settings) {
-            let Some(info) = MetricInfo::of(line.metric) else { continue };
-            if paper_comparison.is_some() && !PAPER_COMPARISON.contains(&line.metric) {
-                continue;
-            }
-            if info.section != section {
-                section = info.section;
-                text += &format!("{section}\n");
-            }
-            let Line { label, value, unit, target, .. } = &line;
-            let digits = if info.is_count { 0 } else { 2 };
-            let mut row = format!("  {label:47} {:>9}", number(*value, digits, unit));
+        let lines = lines(&self.metrics, &self.settings);
+        let row = |line: &Line| {
+            let digits = if MetricInfo::of(line.metric).is_some_and(|info| info.is_count) { 0 } else { 2 };
+            let mut cells = vec![number(line.value, digits, line.unit)];
+            let mut explanations: Vec<String> = self.explanation(line.metric).into_iter().collect();
             if let Some(paper) = paper_comparison {
                 let (_, factor) = MetricInfo::unit(line.metric);
-                row += &format!("{:>14}", number(paper[line.metric].map(|value| factor * value), digits, unit));
+                cells.push(number(paper[line.metric].map(|value| factor * value), digits, line.unit));
+                let is_better = is_better(line.metric, paper[line.metric], self.metrics.get(line.metric).flatten());
+                explanations.extend(is_better.then(|| "the paper's law has the better value".to_owned()));
             }
-            row += &format!(" {unit:6} {target}");
-            text += row.trim_end();
-            text += "\n";
-            let baseline = self.baseline_text().filter(|_| line.metric == "custody_fraction");
-            let own = remarks.iter().filter(|(metric, _)| *metric == line.metric).map(|(_, remark)| remark.clone());
-            for explanation in self.explanation(line.metric).into_iter().chain(baseline).chain(own) {
-                text += &wrapped("      ", &explanation, width);
-            }
+            explanations.extend(self.baseline_text().filter(|_| line.metric == "custody_fraction"));
+            let own = remarks.iter().filter(|(metric, _)| *metric == line.metric);
+            explanations.extend(own.map(|(_, remark)| remark.clone()));
+            MetricRow { metric: line.metric, cells, end: line.target.clone(), remarks: explanations }
+        };
+        let heads = [("this run", 9), ("paper's law*", 13)];
+        let heads = if paper_comparison.is_some() { &heads[..] } else { &heads[..1] };
+        let rows: Vec<_> = lines.iter().filter(|line| line.is_main).map(row).collect();
+        let text = metric_table(heads, "goal or limit", &rows, width);
+        match lines.len() - rows.len() {
+            0 => text,
+            more => text + &format!("{more} more metrics with --metrics all\n"),
         }
-        text
     }
 
     /// Returns the line that explains the value of a metric.
@@ -285,6 +248,18 @@ impl Outcome {
             text += &format!("  targets with the longest gaps; all {} are in summary.json\n", self.per_target.len());
         }
         text
+    }
+}
+
+/// True if `one` is better than `other` by at least the size of interest.
+fn is_better(metric: &str, one: Option<f64>, other: Option<f64>) -> bool {
+    let (Some(info), Some(more)) = (MetricInfo::of(metric), one.zip(other).map(|(one, other)| one - other)) else {
+        return false;
+    };
+    match info.rated() {
+        Some(WorseDirection::Large) => more < -info.interest,
+        Some(WorseDirection::Small) => more > info.interest,
+        None => false,
     }
 }
 

@@ -15,7 +15,7 @@ use standoff_view::replay::{Encoder, Head};
 
 use crate::error::{Failure, of_record};
 use crate::maps::Maps;
-use crate::outcome::{Events, Outcome, PerTarget, lines};
+use crate::outcome::{Events, Outcome, PerTarget, alarms_csv, gaps_csv, lines, problems};
 use crate::warnings::Warnings;
 
 /// Maximum number of target rows in a report. For longer runs the report contains only every n-th time step, so that
@@ -67,7 +67,8 @@ pub fn report_run(dir: &Path, place: &Path, choice: MetricSelection, warn: Warni
         FigureError::Frame(error) => of_record(error),
         other => Failure::running(other),
     })?;
-    let outcome = outcome_of(&record, settings, &scorer, choice, events, uavs);
+    let problems = problems(encoder.alarms(), record.target_names());
+    let outcome = Outcome { problems, ..outcome_of(&record, settings, &scorer, choice, events, uavs) };
     warn_omitted(outcome.events.left_out(), warn);
     parts.extend(encoder.part());
     let mut head = Head::new(manifest, setup, record.target_names().to_vec());
@@ -78,6 +79,9 @@ pub fn report_run(dir: &Path, place: &Path, choice: MetricSelection, warn: Warni
     let write = || {
         figures.iter().try_for_each(|figure| files.save(&format!("{}.svg", figure.name), &figure.svg))?;
         files.save("summary.json", &outcome.json().map_err(Failure::running)?)?;
+        let (names, period_s) = (record.target_names(), manifest.period_s);
+        files.save("alarms.csv", &alarms_csv(encoder.alarms(), names).map_err(Failure::running)?)?;
+        files.save("gaps.csv", &gaps_csv(&encoder.gaps(), names, period_s).map_err(Failure::running)?)?;
         files.save("report.html", &page::report(&head, &parts).map_err(Failure::running)?)
     };
     let written = write();
@@ -126,6 +130,7 @@ fn outcome_of(
         targets_mean: scorer.targets_mean(),
         metrics: SelectedMetrics { metrics: scorer.metrics(), choice },
         baseline: None,
+        problems: Vec::new(),
         events,
         per_target: scorer.targets().map(|score| PerTarget { target: name(score.target), score }).collect(),
         settings,

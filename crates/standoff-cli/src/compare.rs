@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 
 use clap::Parser;
 use standoff_app::{Failure, comparison_text, of_batch, save, warn};
-use standoff_io::display_text;
+use standoff_io::display_text::{self, shell_path};
 use standoff_sim::monte_carlo::{Comparison, compare, compare_results};
 use standoff_sim::scenario::{ScenarioTemplate, built_in};
 use standoff_view::batch::Batch;
@@ -72,8 +72,23 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     print(&if args.json {
         comparison.json().map_err(Failure::running)?
     } else {
-        display_text::lines(&comparison_text(&comparison))
+        display_text::lines(&(comparison_text(&comparison) + &next(args)))
     })
+}
+
+/// Names the next commands.
+fn next(args: &Args) -> String {
+    let [a, b] = [Some(&args.a), args.b.as_ref()].map(|name| name.map(|name| shell_path(Path::new(name))));
+    match (a, b) {
+        (Some(a), Some(b)) if is_batch(&args.a) => {
+            format!("\nnext:\n  standoff compare {a} {b} --report ab.html  (the comparison as a page)\n")
+        }
+        (Some(a), _) => {
+            let page = "(every run, on a page; standoff compare also takes the folders of two batches)";
+            format!("\nnext:\n  standoff monte-carlo {a} --runs 200\n      {page}\n")
+        }
+        (None, _) => String::new(),
+    }
 }
 
 /// True if the argument is a folder and not also the name of a built-in scenario.

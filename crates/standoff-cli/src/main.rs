@@ -1,5 +1,6 @@
 //! The `standoff` command: flies, lists and checks scenarios, and shows results.
 
+mod advise;
 mod baseline;
 mod compare;
 mod completions;

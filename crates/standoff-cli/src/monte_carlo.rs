@@ -6,10 +6,9 @@ use std::time::{Duration, Instant};
 
 use clap::Parser;
 use indicatif::ProgressBar;
-use standoff_app::{Failure, REPORT, batch_page, maybe, name_width, number, of_batch, warn};
+use standoff_app::{Failure, REPORT, batch_page, batch_text, of_batch, warn};
 use standoff_io::display_text::{self, count};
-use standoff_score::{MetricInfo, MetricSet};
-use standoff_sim::monte_carlo::{Batch, MonteCarloError, Progress, Results, Shard, Summary, fly_into};
+use standoff_sim::monte_carlo::{Batch, MonteCarloError, Progress, Results, Shard, fly_into};
 use standoff_sim::scenario::ScenarioTemplate;
 
 use crate::metric_args::MetricArgs;
@@ -101,7 +100,7 @@ impl BatchReport {
         let statistics = if json {
             summary.json().map_err(Failure::running)?
         } else {
-            display_text::lines(&table(&summary, results))
+            display_text::lines(&batch_text(&summary, results))
         };
         Ok(Self { page, statistics })
     }
@@ -190,33 +189,6 @@ impl ProgressReporter {
             note(&format!("note: {done} of {}, about {left_min:.0} min left", count_runs(of)));
         }
     }
-}
-
-fn table(summary: &Summary, results: &Results) -> String {
-    let Summary { scenario, runs, shard, metrics, .. } = summary;
-    let batch = results.batch();
-    let flown = batch.flown();
-    let (first, last) = (batch.seed_of(flown.start), batch.seed_of(flown.end - 1));
-    let part = shard.map_or_else(String::new, |shard| format!(", shard {shard} of {}", count_runs(*runs)));
-    let scenario = display_text::printable(scenario);
-    let mut text = format!("{scenario}, {}, seeds {first} to {last}{part}\n\n", count_runs(flown.end - flown.start));
-    let width = name_width(metrics);
-    text += &format!(
-        "{:width$} {:>6} {:>9}  {:^21} {:>9} {:>9} {:>9} {:>9} {:>9}\n",
-        "metric", "n", "mean", "95 % interval", "sd", "5 %", "median", "95 %", "max"
-    );
-    // If all UAVs share one team state, the agreement metrics have no values.
-    let compares_agents = |name: &str| MetricInfo::of(name).is_some_and(|info| info.set == MetricSet::Agents);
-    let shown = metrics.iter().filter(|(name, s)| s.n > 0 || !compares_agents(name));
-    for (name, s) in shown {
-        let interval = s.ci95.map_or_else(|| "-".to_owned(), |[lo, hi]| format!("{} to {}", number(lo), number(hi)));
-        text += &format!("{name:width$} {:>6} {:>9}  {interval:^21}", s.n, maybe(s.mean));
-        for value in [s.sd, s.p5, s.p50, s.p95, s.max] {
-            text += &format!(" {:>9}", maybe(value));
-        }
-        text += "\n";
-    }
-    text + &format!("\nresults in {}\n", display_text::shell_path(results.dir()))
 }
 
 /// Formats a number of runs: `200 runs`.

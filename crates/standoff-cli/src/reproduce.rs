@@ -62,16 +62,22 @@ pub(crate) fn reproduce(args: &Args) -> Result<(), Failure> {
     if groups.clone().any(|group| args.out.join(paper::claims_file(group.name)).exists()) {
         note(&format!("note: replacing older results in {}", display_text::path(&args.out)));
     }
-    let mut studies = Vec::new();
+    let (mut studies, mut groups_flown) = (Vec::new(), 0);
     for group in groups {
         // Save and print each study immediately, so that it is kept if a later one fails.
         let found = if args.page.is_some() { group.measure_claims(&plan) } else { group.measure(&plan) };
         let found = found.map_err(failed)?;
         paper::save(&found, &args.out).map_err(failed)?;
+        let summary = paper::summary(&found);
+        print(&if summary.is_empty() { summary } else { summary + "\n" })?;
         found.iter().try_for_each(|study| print(&format!("{}\n", study.text())))?;
+        groups_flown += 1;
         studies.extend(found);
     }
-    print(&paper::summary(&studies))?;
+    if groups_flown > 1 {
+        print(&(paper::summary(&studies) + "\n"))?;
+    }
+    print(&paper::rules(&studies))?;
     note(&format!("figures, data and claims are in {}", display_text::path(&args.out)));
     args.page.as_ref().map_or(Ok(()), |page| paper::write_page(page, &studies, &plan)).map_err(failed)
 }

@@ -16,6 +16,7 @@ use standoff_view::serve::{Bytes, Server};
 use standoff_view::site;
 use standoff_view::tiles::TileServer;
 
+use crate::advise;
 use crate::live_view::{LiveReplay, Pace, ServeArgs, speed};
 use crate::maps::Maps;
 use crate::metric_args::MetricArgs;
@@ -33,6 +34,7 @@ Examples:
   standoff run traffic/city --view --speed 20
   standoff run --traffic city.fcd.xml.gz --map city.net.xml.gz
   standoff run traffic/city --uavs 4 --baseline
+  standoff run traffic/city --uavs 2 --advise
   standoff run mine.toml --set uavs.count=3 --set targets.random.count=6";
 
 /// Options of `standoff run`.
@@ -56,8 +58,11 @@ pub(crate) struct Args {
     /// Also compute the coverage baseline: see standoff baseline.
     #[arg(long)]
     baseline: bool,
-    /// Print one JSON object instead of the table.
+    /// Also fly the mission with a larger orbit and with more UAVs, and print the target time in custody of each.
     #[arg(long)]
+    advise: bool,
+    /// Print one JSON object instead of the table.
+    #[arg(long, conflicts_with = "advise")]
     json: bool,
     /// Serve a page that shows the run while it flies.
     #[arg(long)]
@@ -109,12 +114,14 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     // The complete record is published even if there is no room for the figures.
     let (dir, place, choice) = (closed.dir().to_owned(), out.clone(), args.metrics.selection());
     let with_baseline = args.baseline;
+    let (advise, uavs) = (args.advise, scenario.uavs.len());
     let report = interruption.run_interruptible(move || {
         let report = report_run(&dir, &place, choice, &note)?;
-        Ok((report, with_baseline.then(|| baseline(&scenario))))
+        let trials = advise.then(|| advise::trials(&template, &scenario)).transpose()?;
+        Ok((report, with_baseline.then(|| baseline(&scenario)), trials))
     });
     closed.publish().map_err(Failure::running)?;
-    let (Report { mut outcome, written }, baseline) = report.ok_or_else(|| {
+    let (Report { mut outcome, written }, baseline, trials) = report.ok_or_else(|| {
         let (shown, out) = (display_text::path(&out), display_text::shell_path(&out));
         Failure::running(format!(
             "interrupted; the run is complete in {shown}: to print its results, run standoff report {out}"
@@ -126,12 +133,11 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     } else {
         paper_comparison::of(args.scenario.as_deref(), &args.changes, args.seed, choice)?
     };
-    print_outcome(
-        &outcome,
-        args.json,
-        &out,
-        OutcomeOptions { paper_comparison: paper_comparison.as_ref(), ..OutcomeOptions::default() },
-    )?;
+    let custody = outcome.metrics.metrics["custody_fraction"];
+    let advice = trials.map_or_else(String::new, |trials| advise::text(custody, uavs, &trials));
+    let options =
+        OutcomeOptions { paper_comparison: paper_comparison.as_ref(), advice: &advice, ..OutcomeOptions::default() };
+    print_outcome(&outcome, args.json, &out, options)?;
     written?;
     live.map_or(Ok(()), |live| live.end(lines(&outcome.metrics, &outcome.settings), &interruption))
 }

@@ -325,7 +325,8 @@ fn is_ours(entry: &fs::DirEntry) -> io::Result<bool> {
     };
     // A file keeps this suffix if the process was killed while writing it.
     let name = name.strip_suffix(PARTIAL).unwrap_or(name);
-    let known = [MANIFEST, SCENARIO, CHECKPOINT, MAP_FILE, "summary.json", "report.html"].contains(&name)
+    let known = [MANIFEST, SCENARIO, CHECKPOINT, MAP_FILE, "summary.json", "alarms.csv", "gaps.csv", "report.html"]
+        .contains(&name)
         || name.ends_with(".svg")
         || name.strip_suffix(".parquet").is_some_and(is_table);
     Ok(known && entry.file_type()?.is_file())

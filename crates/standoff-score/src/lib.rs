@@ -4,6 +4,7 @@
 #[cfg(test)]
 extern crate self as standoff_score;
 
+mod alarms;
 mod buildings;
 mod by_id;
 #[cfg(test)]
@@ -13,6 +14,7 @@ mod config;
 mod families;
 mod flown_path;
 mod frame_metrics;
+mod gaps;
 pub mod geometry;
 mod grouped;
 pub mod matching;
@@ -38,10 +40,12 @@ use standoff_record::Frame;
 use per_agent::PerAgentScores;
 use team_scorer::TeamScorer;
 
+pub use alarms::{Alarm, Alarms};
 pub use buildings::{BUILDING_HEIGHT_MAX_M, BUILDING_VERTICES_MAX, BUILDINGS_MAX, Building, Buildings};
 pub use config::{CueError, Noise, ScoreConfig};
 pub use families::cramer_rao::Bound as PositionBound;
 pub use frame_metrics::{CustodyCounts, FrameScorer, FrameScores};
+pub use gaps::{Gap, GapCause, Gaps, View};
 pub use metric::{MetricInfo, MetricSet, WorseDirection};
 pub use metrics::{MetricSelection, Metrics, SelectedMetrics};
 pub use per_target::TargetScore;

@@ -76,7 +76,35 @@ const UNITS: [(&str, &str, f64); 10] = [
     ("", "", 1.0),
 ];
 
+/// Metrics that tables of results show if the user selects none.
+const MAIN: [&str; 11] = [
+    "custody_fraction",
+    "in_view_fraction",
+    "longest_out_of_view_s",
+    "off_boresight_max_deg",
+    "position_error_m",
+    "anees",
+    "standoff_error_on_orbit_m",
+    "phase_error_deg",
+    "infeasible_fraction",
+    "separation_min_same_altitude_m",
+    "zone_violations",
+];
+
 impl MetricInfo {
+    /// True for the few metrics that tables of results show if the user selects none.
+    #[must_use]
+    pub fn is_main(&self) -> bool {
+        MAIN.contains(&self.name)
+    }
+
+    /// Returns the worse direction in a comparison. Too little separation is dangerous, but more than necessary is not
+    /// better.
+    #[must_use]
+    pub fn rated(&self) -> Option<WorseDirection> {
+        self.worse.filter(|_| !self.name.starts_with("separation_"))
+    }
+
     /// Returns the display unit of a metric and the factor that converts its value to that unit. Fractions are shown in
     /// percent.
     #[must_use]

@@ -170,6 +170,12 @@ impl MetricSelection {
         if choice.0 == 0 { Err("must name at least one metric".to_owned()) } else { Ok(choice) }
     }
 
+    /// True if tables of results show this metric. The default selection shows only the main metrics.
+    #[must_use]
+    pub fn shows(self, info: &MetricInfo) -> bool {
+        position(info.name).is_some_and(|index| self.has(index)) && (self != Self::standard() || info.is_main())
+    }
+
     /// Returns the selected names, in the order of [`MetricInfo::all`].
     pub fn names(self) -> impl Iterator<Item = &'static str> {
         MetricInfo::all().iter().enumerate().filter(move |(index, _)| self.has(*index)).map(|(_, info)| info.name)

@@ -7,7 +7,7 @@ const LONGEST_NAME = 100;
 const KEYS = ["t", "run", "agent", "uav", "group", "target", "intruder", "follow", "highlight", "layers", "view", "tab", "charts", "3d"];
 
 /** Side panels of a link; the first is the default. */
-const TABS = ["charts", "state", "events", "outcome"];
+const TABS = ["charts", "state", "events", "problems", "outcome"];
 /** Maximum distance from the origin in a link, m. */
 const FURTHEST_M = 1e7;
 

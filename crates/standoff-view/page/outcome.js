@@ -7,9 +7,10 @@ function outcomeValue(value, unit) {
   return unit === "%" && value < 100 && text === "100.00" ? ">99.99" : text;
 }
 
-/** Shows the metrics of the runs that have ended. */
+/** Shows the metrics of the runs that have ended: the main ones, or all of them if the user wants. */
 function showOutcome({ runs }) {
   const table = element("outcome");
+  element("all-metrics").onchange = () => showOutcome({ runs });
   const outcomes = runs.map(({ replayData }) => new Map(replayData.head.outcome.map((line) => [line.metric, line])));
   const isPair = runs.length > 1;
   const headings = ["Metric", ...(isPair ? [...runs.map((run) => run.letter), "B \u2212 A"] : ["Value"]), "Unit", "Goal or limit"];
@@ -23,9 +24,17 @@ function showOutcome({ runs }) {
   }
   const body = table.tBodies[0];
   body.replaceChildren();
+  let section = "";
   for (const metric of new Set(outcomes.flatMap((outcome) => [...outcome.keys()]))) {
     const lines = outcomes.map((outcome) => outcome.get(metric));
     const line = lines.find((one) => one);
+    if (!line.is_main && !element("all-metrics").checked) continue;
+    if (line.section !== section) {
+      section = line.section;
+      const cell = document.createElement("th");
+      Object.assign(cell, { scope: "rowgroup", colSpan: headings.length, textContent: section });
+      body.insertRow().append(cell);
+    }
     const values = lines.map((one) => one?.value ?? NaN);
     if (isPair) values.push(values[1] - values[0]);
     const row = body.insertRow();

@@ -39,6 +39,7 @@ class Page {
     updateAgentSelection(this);
     this.selection.notify();
     this.timeline.renew();
+    this.problems.show();
     this.charts.draw();
   }
 
@@ -68,6 +69,12 @@ class Page {
   }
 }
 
+/** Shows the results of the runs that have ended. */
+function showResults(page) {
+  showOutcome(page);
+  page.problems.show();
+}
+
 /** Loads runs and shows them on the page. */
 async function showReplay(sources) {
   const heads = await Promise.all(sources.map((source) => source.head()));
@@ -81,7 +88,8 @@ async function showReplay(sources) {
   page.viewHistory = new ViewHistory(page);
   page.layerMenu = new LayerMenu(page);
   page.legend = new MapLegend(page);
-  showOutcome(page);
+  page.problems = new Problems(page);
+  showResults(page);
   connect(page);
   for (const { replayData, selection, map } of page.runs) {
     map.renew = () => page.renew();
@@ -187,7 +195,7 @@ function drawsCharts(page) {
 function load(page, run, drawCharts) {
   run.load({
     onFirstBlock: () => begin(page),
-    onComplete: () => showOutcome(page),
+    onComplete: () => showResults(page),
     onData: () => {
       page.renew();
       page.timeline.renew();

@@ -62,6 +62,7 @@ pub(crate) const SCRIPT: &str = concat!(
     include_str!("../page/charts.js"),
     include_str!("../page/compare-view.js"),
     include_str!("../page/outcome.js"),
+    include_str!("../page/problems.js"),
     include_str!("../page/pointer.js"),
     include_str!("../page/search.js"),
     include_str!("../page/controls.js"),

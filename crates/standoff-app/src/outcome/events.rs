@@ -7,22 +7,12 @@ use standoff_io::display_text::{self, wrapped};
 use standoff_record::{EventQuota, EventRow, target_name};
 
 /// Maximum number of events in the table; the files contain the others.
-const SHOWN: usize = 12;
+const SHOWN: usize = 8;
 /// Maximum number of event kinds that are counted separately; about twenty exist.
 const KINDS: usize = 50;
-/// Routine events, which the table does not list: first cue or measurement of a target, and ends of problems.
-const ROUTINE: [&str; 5] = ["cued", "acquired", "orbit-feasible", "orbit-unblocked", "proximity-cleared"];
-/// Events that degrade the tracking, and the events that end each.
-const BAD: [(&str, &[&str]); 7] = [
-    ("lost", &["reacquired"]),
-    ("removed", &["readmitted", "admitted", "lost"]),
-    ("orbit-infeasible", &["orbit-feasible", "group-retired"]),
-    ("orbit-partly-blocked", &["orbit-blocked", "orbit-unblocked", "group-retired"]),
-    ("orbit-blocked", &["orbit-partly-blocked", "orbit-unblocked", "group-retired"]),
-    ("proximity-alert", &["proximity-cleared", "group-retired"]),
-    ("uav-timeout", &["uav-joined"]),
-];
-
+/// Routine events, which the table does not list.
+const ROUTINE: [&str; 7] =
+    ["cued", "acquired", "admitted", "group-created", "orbit-feasible", "orbit-unblocked", "proximity-cleared"];
 /// The events of a run: a limited number in full, and counts of all.
 #[derive(Default, Serialize)]
 pub(crate) struct Events {
@@ -84,69 +74,29 @@ impl Events {
         self.allowance.left_out()
     }
 
-    /// Formats the events in the order of their cost to the mission, and the number of events of each kind. Events that
-    /// degrade the tracking come first, the longest before the others: they last until the event that ends them, or
-    /// until their target (times by name in `ends_s`) or the run (`end_s`) ends. The other events follow in order of
-    /// time.
-    pub(super) fn text(&self, end_s: f64, ends_s: &BTreeMap<&str, f64>, width: usize) -> String {
+    /// Formats the first events that are neither routine nor alarms of these kinds, and the number of events of each
+    /// kind.
+    pub(super) fn text(&self, alarms: &[&str], width: usize) -> String {
         let counts: Vec<String> =
             self.counts.iter().map(|(kind, n)| format!("{n} {}", display_text::printable(kind))).collect();
         let all = if counts.is_empty() { "none".to_owned() } else { counts.join(", ") };
-        let lasting_s = self.lasting_s(end_s, ends_s);
-        let mut shown: Vec<usize> =
-            (0..self.events.len()).filter(|&index| !ROUTINE.contains(&self.events[index].kind.as_str())).collect();
-        let left = shown.len().saturating_sub(SHOWN);
-        let cost_s = |index: &usize| lasting_s[*index].unwrap_or(f64::NEG_INFINITY);
-        shown.sort_by(|a, b| cost_s(b).total_cmp(&cost_s(a)).then(a.cmp(b)));
-        shown.truncate(SHOWN);
-        let heading = if shown.is_empty() { "Events" } else { "Events, the longest-lasting problems first" };
-        let mut text = format!("\n{heading}\n");
-        for index in shown {
-            let event = &self.events[index];
+        let is_shown = |event: &&Event| !ROUTINE.contains(&&*event.kind) && !alarms.contains(&&*event.kind);
+        let shown: Vec<&Event> = self.events.iter().filter(is_shown).collect();
+        let mut text = "\nEvents\n".to_owned();
+        for event in shown.iter().take(SHOWN) {
             let [kind, objects, reason] =
                 [&event.kind, &event.subject(), &event.reason].map(|part| display_text::printable(part));
-            let lasting = lasting_s[index].map_or_else(String::new, |s| format!(" (lasts {s:.1} s)"));
             let first = format!("{:8.1} s  {kind:21}", event.time_s);
             let colon = if objects.is_empty() { "" } else { ": " };
-            text += &wrapped(&first, &format!("{objects}{colon}{reason}{lasting}"), width);
+            text += &wrapped(&first, &format!("{objects}{colon}{reason}"), width);
         }
-        if left > 0 {
-            text += &format!("  and {left} more in summary.json\n");
+        if shown.len() > SHOWN {
+            text += &format!("  and {} more in summary.json\n", shown.len() - SHOWN);
         }
         if self.left_out() > 0 {
             text += &format!("  and {} later events of all kinds in events.parquet\n", self.left_out());
         }
         text + &wrapped("  all: ", &all, width)
-    }
-
-    /// Returns the duration of each bad event, s; `None` for other events.
-    fn lasting_s(&self, end_s: f64, ends_s: &BTreeMap<&str, f64>) -> Vec<Option<f64>> {
-        let mut over_s = BTreeMap::new();
-        let lasting_s = self.events.iter().rev().map(|event| {
-            let objects = (event.target.as_deref(), event.group, event.uavs.first());
-            for (kind, _) in BAD.iter().filter(|(_, ends)| ends.contains(&event.kind.as_str())) {
-                over_s.insert((*kind, subject(kind, objects)), event.time_s);
-            }
-            let (kind, _) = BAD.iter().find(|(kind, _)| *kind == event.kind)?;
-            let gone_s = event.target.as_deref().and_then(|target| ends_s.get(target)).copied().unwrap_or(end_s);
-            let until_s = over_s.get(&(*kind, subject(kind, objects))).copied().unwrap_or(end_s).min(gone_s);
-            Some((until_s - event.time_s).max(0.0))
-        });
-        let mut lasting_s: Vec<_> = lasting_s.collect();
-        lasting_s.reverse();
-        lasting_s
-    }
-}
-
-/// Returns the object that an event of this kind concerns: its target, its group or its UAV.
-fn subject<'a>(
-    kind: &str,
-    (target, group, uav): (Option<&'a str>, Option<u32>, Option<&u32>),
-) -> (Option<&'a str>, Option<u32>) {
-    match kind {
-        "lost" | "removed" => (target, None),
-        "uav-timeout" => (None, uav.copied()),
-        _ => (None, group),
     }
 }
 
@@ -184,31 +134,18 @@ mod tests {
         EventRow { kind: kind.into(), target, group, uavs: vec![0], reason: "so".into(), ..EventRow::default() }
     }
 
-    /// The long loss after twenty short ones is listed.
     #[test]
-    fn the_table_lists_the_longest_bad_events_not_the_first() {
+    fn the_text_names_the_first_events_without_alarms() {
         let names: Vec<String> = (0..30).map(|number| format!("car-{number}")).collect();
         let mut events = Events::default();
         for n in 0..20 {
             events.add(i64::from(n) * 1_000_000, &event("lost", Some(n), None), &names);
-            events.add(i64::from(n) * 1_000_000 + 500_000, &event("reacquired", Some(n), None), &names);
+            events.add(i64::from(n) * 1_000_000 + 500_000, &event("readmitted", Some(n), Some(3)), &names);
         }
-        events.add(30_000_000, &event("orbit-infeasible", None, Some(3)), &names);
-        events.add(70_000_000, &event("orbit-feasible", None, Some(3)), &names);
-        events.add(80_000_000, &event("lost", Some(25), None), &names);
-        let text = events.text(100.0, &BTreeMap::new(), WIDTH);
-        assert!(text.contains("30.0 s  orbit-infeasible     group 3: so (lasts 40.0 s)"), "{text}");
-        assert!(text.contains("80.0 s  lost                 car-25: so (lasts 20.0 s)"), "{text}");
-        assert!(text.find("group 3").unwrap() < text.find("car-25").unwrap(), "{text}");
-        assert!(text.contains("and 30 more in summary.json"), "{text}");
-        // Admission to another group ends the removal.
-        events.add(85_000_000, &event("removed", Some(26), Some(3)), &names);
-        events.add(86_000_000, &event("admitted", Some(26), Some(4)), &names);
-        let text = events.text(100.0, &BTreeMap::new(), WIDTH);
-        assert!(text.contains("car-26, group 3: so (lasts 1.0 s)"), "{text}");
-        // A loss ends when the vehicle leaves the traffic.
-        let text = events.text(100.0, &BTreeMap::from([("car-25", 81.0)]), WIDTH);
-        assert!(text.contains("car-25: so (lasts 1.0 s)"), "{text}");
+        let text = events.text(&["lost"], WIDTH);
+        assert!(text.contains("       0.5 s  readmitted           car-0, group 3: so\n"), "{text}");
+        assert!(!text.contains("lost                 car-0"), "{text}");
+        assert!(text.ends_with("  and 8 more in summary.json\n  all: 20 lost, 20 readmitted\n"), "{text}");
     }
 
     /// The column `reason` is only for readers that do not interpret the other columns.
@@ -217,7 +154,7 @@ mod tests {
         let mut events = Events::default();
         let dwell = EventRow { dwell_s: Some(12.34), ..event("handoff-started", Some(0), Some(1)) };
         events.add(0, &dwell, &["lead".to_owned()]);
-        let text = events.text(1.0, &BTreeMap::new(), WIDTH);
+        let text = events.text(&[], WIDTH);
         assert!(text.contains("lead, group 1: closer to the new group; in both for 12.3"), "{text}");
     }
 
@@ -229,7 +166,7 @@ mod tests {
         events.add(0, &EventRow { track: Some(NO_TARGET + 5), ..event("lost", None, Some(1)) }, &["lead".to_owned()]);
         let handoff = EventRow { group: None, to_group: Some(2), ..event("handoff-started", Some(0), None) };
         events.add(0, &handoff, &["lead".to_owned()]);
-        let text = events.text(1.0, &BTreeMap::new(), WIDTH);
+        let text = events.text(&[], WIDTH);
         for line in ["track 4, group 1: so", "track 5, group 1: so", "lead, to group 2: so"] {
             assert!(text.contains(line), "{line}: {text}");
         }
@@ -239,7 +176,7 @@ mod tests {
     fn a_name_that_looks_like_a_number_is_quoted() {
         let mut events = Events::default();
         events.add(0, &event("lost", Some(0), Some(1)), &["0".to_owned()]);
-        let text = events.text(1.0, &BTreeMap::new(), WIDTH);
+        let text = events.text(&[], WIDTH);
         assert!(text.contains("target \"0\", group 1: so"), "{text}");
     }
 }

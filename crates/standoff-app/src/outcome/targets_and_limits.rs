@@ -63,7 +63,7 @@ pub(super) fn meaning(metric: &str, value: f64, settings: &Settings) -> Option<S
         "in_view_fraction" => "in a group or not",
         "custody_fraction" => "in a group and in some UAV's view",
         "member_out_of_view_fraction" if value > 0.0 => "targets that are in a group, but in no UAV's view",
-        "off_boresight_max_deg" => "worst moment of one UAV; the limit is half its field of view",
+        "off_boresight_max_deg" => "of the outermost member of a UAV's group; the limit is half the field of view",
         "position_error_m" => {
             let (range_m, bearing_deg) =
                 (settings.sensor.truth.range_sd_m, settings.sensor.truth.bearing_sd_rad.to_degrees());
@@ -131,8 +131,9 @@ pub(super) fn remarks(metrics: &SelectedMetrics, events: &Events, settings: &Set
         let what = format!("two UAVs at one altitude came within {closest_m:.0} m; {required}");
         remarks.push(("separation_min_same_altitude_m", what));
     }
-    let consistency = ["anees_nonmanoeuvring", "anees"].into_iter().find_map(|name| Some((name, get(name)?)));
-    if let Some((name, anees)) = consistency.filter(|(_, anees)| !CONSISTENT.contains(anees)) {
+    let nonmanoeuvring = get("anees_nonmanoeuvring");
+    if let Some(anees) = nonmanoeuvring.or(get("anees")).filter(|anees| !CONSISTENT.contains(anees)) {
+        let of = nonmanoeuvring.map_or_else(String::new, |anees| format!("{anees:.2} without manoeuvring targets, "));
         let assumed = settings.team.track.target.acceleration_sd_m_s2;
         let wider = settings.model.filter(|model| model.acceleration_sd_m_s2 < assumed);
         let what = match (wider, anees < 1.0) {
@@ -143,10 +144,11 @@ pub(super) fn remarks(metrics: &SelectedMetrics, events: &Events, settings: &Set
             (_, true) => "below 1: the estimates are more accurate than the filter assumes".to_owned(),
             (_, false) => "above 1: the estimates are less accurate than the filter assumes".to_owned(),
         };
-        remarks.push((name, what));
+        remarks.push(("anees", of + &what));
     }
-    if get("anees_manoeuvring").is_some_and(|anees| !CONSISTENT.contains(&anees)) {
-        remarks.push(("anees_manoeuvring", "the filter's target model does not include manoeuvres".to_owned()));
+    if let Some(anees) = get("anees_manoeuvring").filter(|anees| !CONSISTENT.contains(anees)) {
+        let what = format!("{anees:.2} of manoeuvring targets: the filter's target model does not include manoeuvres");
+        remarks.push(("anees", what));
     }
     remarks
 }

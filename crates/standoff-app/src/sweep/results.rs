@@ -16,8 +16,8 @@ use standoff_view::sweep::{SweepMetric, SweepPage, SweepPoint};
 
 use super::definition::Sweep;
 use crate::batch::REPORT;
-use crate::comparison::{maybe, number};
 use crate::error::{Failure, of_batch};
+use crate::metric_table::{in_unit, interval};
 
 /// File name of the table of a sweep.
 pub const SWEEP_TABLE: &str = "sweep.parquet";
@@ -195,17 +195,14 @@ impl SweepResults {
                 left_out += 1;
                 continue;
             }
-            let (unit, factor) = MetricInfo::unit(name);
+            let (unit, _) = MetricInfo::unit(name);
             let label = MetricInfo::of(name).map_or(name.as_str(), |info| info.label);
             let unit = if unit.is_empty() { String::new() } else { format!(", {unit}") };
             text += &format!("\n{label}{unit}\n{} {:>6} {:>9}  95 % interval\n", row(keys), "n", "mean");
             for (values, summary) in points.iter().zip(&self.points) {
                 let Statistics { n, mean, ci95, .. } = of(summary);
-                let interval = ci95.map_or_else(
-                    || "-".to_owned(),
-                    |[low, high]| format!("{} to {}", number(factor * low), number(factor * high)),
-                );
-                text += &format!("{} {n:>6} {:>9}  {interval}\n", row(values), maybe(mean.map(|mean| factor * mean)));
+                let interval = interval(name, ci95);
+                text += &format!("{} {n:>6} {:>9}  {interval}\n", row(values), in_unit(name, mean));
             }
         }
         if left_out > 0 {

@@ -28,14 +28,9 @@ impl Family for Estimation {
         metric("position_error_single_uav_m", "position error, groups with one UAV", LARGE, 0.1, BOTH, |of, _| {
             of.position_single_uav_m.value()
         }),
-        metric(
-            "position_error_multi_uav_m",
-            "position error, groups with two or more UAVs",
-            LARGE,
-            0.1,
-            BOTH,
-            |of, _| of.position_multi_uav_m.value(),
-        ),
+        metric("position_error_multi_uav_m", "position error, groups of several UAVs", LARGE, 0.1, BOTH, |of, _| {
+            of.position_multi_uav_m.value()
+        }),
         metric("velocity_error_m_s", "velocity error", LARGE, 0.05, BOTH, |of, _| of.velocity_m_s.value()),
         metric("position_error_all_m", "position error of all tracks", LARGE, 0.5, TRACKS, |of, _| {
             of.position_all_m.value()

@@ -16,17 +16,10 @@ pub(crate) struct OffBoresight {
 impl Family for OffBoresight {
     const SECTION: &'static str = "Custody";
     const METRICS: &'static [Metric<Self>] = &[
-        metric("off_boresight_mean_deg", "outermost member's off-boresight angle, mean", LARGE, 0.5, BOTH, |of, _| {
+        metric("off_boresight_mean_deg", "largest off-boresight angle, mean", LARGE, 0.5, BOTH, |of, _| {
             of.mean_deg.value()
         }),
-        metric(
-            "off_boresight_max_deg",
-            "outermost member's off-boresight angle, maximum",
-            LARGE,
-            1.0,
-            BOTH,
-            |of, _| of.max_deg,
-        ),
+        metric("off_boresight_max_deg", "largest off-boresight angle, maximum", LARGE, 1.0, BOTH, |of, _| of.max_deg),
     ];
 
     fn add(&mut self, step: &Step<'_>) {

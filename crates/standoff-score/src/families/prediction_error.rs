@@ -41,12 +41,12 @@ impl Family for PredictionErrors {
     const SECTION: &'static str = "Guidance";
     const SET: MetricSet = MetricSet::Limits;
     const METRICS: &'static [Metric<Self>] = &[
-        metric("orbit_prediction_error_m_settled", "one-step orbit prediction error", NEITHER, 0.2, BOTH, |of, _| {
+        metric("orbit_prediction_error_m_settled", "orbit prediction error", NEITHER, 0.2, BOTH, |of, _| {
             of.truth.value()
         }),
         metric(
             "own_orbit_prediction_error_m_settled",
-            "one-step orbit prediction error (own estimate)",
+            "orbit prediction error (own estimate)",
             NEITHER,
             0.2,
             BOTH,

@@ -80,8 +80,7 @@ impl Paired {
         let interest = about.map_or(0.0, |about| about.interest);
         let below = ci95.is_some_and(|[_, hi]| hi < -interest);
         let differs = below || ci95.is_some_and(|[lo, _]| lo > interest);
-        // Too little separation is dangerous, but more separation than necessary is not better.
-        let bad = about.and_then(|about| about.worse).filter(|_| !metric.starts_with("separation_"));
+        let bad = about.and_then(MetricInfo::rated);
         let better = |bad| if below == (bad == WorseDirection::Large) { Better::B } else { Better::A };
         Self {
             n: pairs.len() as u64,

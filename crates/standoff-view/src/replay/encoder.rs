@@ -5,7 +5,9 @@ use std::collections::BTreeMap;
 
 use standoff_record::{EventQuota, EventRow, Frame, PerAgentTables, TruthRow, UavRow};
 use standoff_score::geometry::{desired_pair_phase_rad, phase_differences};
-use standoff_score::{CustodyCounts, FrameScorer, FrameScores, PositionBound, ScoreConfig};
+use standoff_score::{
+    Alarm, Alarms, CustodyCounts, FrameScorer, FrameScores, Gap, Gaps, PositionBound, ScoreConfig, View,
+};
 
 use super::chunk::{Event, PartBounds, block};
 use super::detections::DetectionTables;
@@ -57,7 +59,7 @@ const TARGET: [(&str, OfTarget); 5] = [
     ("true_x_m", |of| of.truth.map(|truth| truth.x_m)),
     ("true_y_m", |of| of.truth.map(|truth| truth.y_m)),
     ("in_view", |of| of.view.and_then(|view| view.is_in_view).map(f64::from)),
-    ("out_of_view_steps", |of| of.view.map(|view| f64::from(view.out_of_view_steps))),
+    ("out_of_view_steps", |of| of.view.map(|view| f64::from(view.out_of_view_steps()))),
     ("detections", |of| Some(f64::from(of.detections))),
 ];
 
@@ -75,7 +77,7 @@ struct GroupScores {
 #[derive(Default)]
 struct TargetScores<'a> {
     truth: Option<&'a TruthRow>,
-    view: Option<&'a View>,
+    view: Option<View>,
     detections: u32,
 }
 
@@ -92,31 +94,9 @@ pub struct Encoder {
     allowance: EventQuota,
     others_allowance: EventQuota,
     recorded: Recorded,
-    /// Views of all targets that have existed.
-    views: BTreeMap<u32, View>,
+    gaps: Gaps,
+    alarms: Alarms,
     draft: Draft,
-}
-
-/// Whether a target is in some UAV's view.
-#[derive(Debug, Default)]
-struct View {
-    /// `None` at the first cue, as for [`FrameScores::in_view`].
-    is_in_view: Option<bool>,
-    /// Number of time steps since a UAV had it in view, counted as for the metric `longest_out_of_view_s`: its first
-    /// time step and time steps without it do not count.
-    out_of_view_steps: u32,
-}
-
-/// Updates the views of the targets that exist at the time step.
-fn update_views(views: &mut BTreeMap<u32, View>, frame: &Frame, scores: &FrameScores<'_>) {
-    for truth in &frame.truth {
-        let is_in_view = scores.in_view(truth.target);
-        let is_new = !views.contains_key(&truth.target);
-        let view = views.entry(truth.target).or_default();
-        view.is_in_view = is_in_view;
-        view.out_of_view_steps =
-            if is_new || is_in_view == Some(true) { 0 } else { view.out_of_view_steps.saturating_add(1) };
-    }
 }
 
 /// Consecutive time steps of a replay as gzipped blocks, described in the [module](super).
@@ -173,7 +153,8 @@ impl Encoder {
             bound: PositionBound::of(rules),
             colours: GroupColours::default(),
             allowance: EventQuota::default(),
-            views: BTreeMap::new(),
+            gaps: Gaps::new(rules.period_s),
+            alarms: Alarms::default(),
             others_allowance: EventQuota::default(),
             detections: None,
             draft: Draft::new(&recorded, None),
@@ -205,6 +186,18 @@ impl Encoder {
         self.others_allowance.left_out()
     }
 
+    /// Returns the times in which targets were in no UAV's view.
+    #[must_use]
+    pub fn gaps(&self) -> Vec<Gap> {
+        self.gaps.all()
+    }
+
+    /// Returns the alarms of the run.
+    #[must_use]
+    pub fn alarms(&self) -> &[Alarm] {
+        self.alarms.all()
+    }
+
     /// Adds the next frame; returns a part when it is full.
     pub fn frame(&mut self, frame: &Frame) -> Option<Part> {
         let full = if self.draft.has_room_for(frame) { None } else { self.part() };
@@ -217,7 +210,8 @@ impl Encoder {
         if let Some(bound) = &mut self.bound {
             bound.frame(frame, scores.geometry.matching());
         }
-        update_views(&mut self.views, frame, &scores);
+        self.gaps.add(frame, &scores);
+        self.alarms.add(frame);
         let (draft, recorded) = (&mut self.draft, &self.recorded);
         draft.times_us.push(frame.time_us);
         let shown = frame.events.iter().filter(|row| self.allowance.takes(row, None));
@@ -258,7 +252,7 @@ impl Encoder {
         }
         // Every part starts with a detail, so that the page never shows a later detail too early.
         if (draft.times_us.len() - 1).is_multiple_of(self.stride) {
-            draft.detail(frame, &scores, &self.views, recorded);
+            draft.detail(frame, &scores, &self.gaps, recorded);
         }
         if (draft.times_us.len() - 1).is_multiple_of(self.team_states_stride) {
             draft.team_states.next_step(frame, recorded);
@@ -341,7 +335,7 @@ impl Draft {
     }
 
     /// Adds the targets: existing ones with their tracks, and tracks of targets that no longer exist.
-    fn detail(&mut self, frame: &Frame, scores: &FrameScores<'_>, views: &BTreeMap<u32, View>, recorded: &Recorded) {
+    fn detail(&mut self, frame: &Frame, scores: &FrameScores<'_>, gaps: &Gaps, recorded: &Recorded) {
         self.detail_times_us.push(frame.time_us);
         self.targets.next_step();
         if let Some(tables) = &mut self.detections {
@@ -354,7 +348,7 @@ impl Draft {
         let matching = scores.geometry.matching();
         for (truth, track) in matching.targets() {
             let detections = detections.get(&truth.target).copied().unwrap_or(0);
-            let of = TargetScores { truth: Some(truth), view: views.get(&truth.target), detections };
+            let of = TargetScores { truth: Some(truth), view: gaps.view(truth.target), detections };
             let derived = TARGET.map(|(_, value)| value(&of));
             self.targets.put(truth.target, recorded.tracks.values(track).chain(derived));
         }

@@ -4,14 +4,17 @@ use serde::{Serialize, Serializer};
 use standoff::{Position, Zone};
 use standoff_io::geodesy::Origin;
 use standoff_record::Manifest;
-use standoff_score::Building;
+use standoff_score::{Alarm, Building, Gap};
 
 use crate::Bytes;
 use crate::figures::Setup;
 use crate::replay::Encoder;
 
 /// Format number of heads and parts; it increases when either format changes.
-pub const FORMAT: u32 = 5;
+pub const FORMAT: u32 = 6;
+
+/// Maximum number of alarms, and of gaps, that a page shows; the others are in `alarms.csv` and `gaps.csv`.
+const PROBLEMS_MAX: usize = 5000;
 
 /// Properties of a run that the page needs in addition to the parts.
 #[derive(Debug, Clone, Serialize)]
@@ -53,6 +56,13 @@ pub struct Head {
     pub targets: Vec<String>,
     /// Results of the run; empty while it is in progress.
     pub outcome: Vec<Line>,
+    /// Times in which targets were in no UAV's view; empty while the run is in progress.
+    pub gaps: Vec<Gap>,
+    /// Alarms; empty while the run is in progress.
+    pub alarms: Vec<Alarm>,
+    /// Number of gaps and alarms that the page does not show, because there are too many.
+    #[serde(skip_serializing_if = "is_none")]
+    pub problems_left_out: u64,
     /// Interval between details, in time steps.
     pub stride: usize,
     /// True while the run is in progress: the page shows the newest time step.
@@ -109,6 +119,18 @@ impl Outline {
     }
 }
 
+/// Returns the longest ones, in their order.
+fn longest<T>(mut all: Vec<T>, duration_us: impl Fn(&T) -> i64) -> Vec<T> {
+    if all.len() > PROBLEMS_MAX {
+        let mut durations: Vec<i64> = all.iter().map(&duration_us).collect();
+        let (_, least, _) = durations.select_nth_unstable_by(PROBLEMS_MAX - 1, |a, b| b.cmp(a));
+        let least = *least;
+        all.retain(|one| duration_us(one) >= least);
+        all.truncate(PROBLEMS_MAX);
+    }
+    all
+}
+
 fn is_none(events: &u64) -> bool {
     *events == 0
 }
@@ -122,6 +144,8 @@ fn serialize_is_some<S: Serializer>(map: &Option<Bytes>, serializer: S) -> Resul
 pub struct Line {
     /// Name of the metric.
     pub metric: &'static str,
+    /// Topic of the metric.
+    pub section: &'static str,
     /// Short description of the metric.
     pub label: &'static str,
     /// Value, in `unit`.
@@ -130,6 +154,8 @@ pub struct Line {
     pub unit: &'static str,
     /// Goal, limit or bound of the value, as text.
     pub target: String,
+    /// True if tables show the metric if the user selects none.
+    pub is_main: bool,
 }
 
 impl Head {
@@ -153,6 +179,9 @@ impl Head {
             map: None,
             targets,
             outcome: Vec::new(),
+            gaps: Vec::new(),
+            alarms: Vec::new(),
+            problems_left_out: 0,
             stride: 1,
             live: false,
             unfinished: manifest.unfinished,
@@ -164,6 +193,11 @@ impl Head {
     /// Adds the results of a run that has ended.
     pub fn complete(&mut self, outcome: Vec<Line>, encoder: &Encoder) {
         (self.outcome, self.live) = (outcome, false);
+        let (gaps, alarms) = (encoder.gaps(), encoder.alarms());
+        let left_out = |all: usize| all.saturating_sub(PROBLEMS_MAX) as u64;
+        self.problems_left_out = left_out(gaps.len()) + left_out(alarms.len());
+        self.gaps = longest(gaps, |gap| gap.end_us - gap.begin_us);
+        self.alarms = longest(alarms.to_vec(), |alarm| alarm.end_us - alarm.begin_us);
         self.events_left_out = encoder.events_left_out();
         self.other_events_left_out = encoder.other_events_left_out();
     }

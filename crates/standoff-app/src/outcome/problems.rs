@@ -1,0 +1,174 @@
+//! Problems of a run: alarms grouped by kind and cause, and the CSV files of all alarms and gaps.
+
+use serde::Serialize;
+use standoff_io::display_text::{count, printable, wrapped};
+use standoff_record::target_name;
+use standoff_score::{Alarm, Gap};
+
+use super::events::named;
+
+/// Alarms of one kind and cause.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(crate) struct Problem {
+    pub(super) kind: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    cause: Option<String>,
+    /// Number of alarms.
+    times: usize,
+    /// Sum of their durations, s.
+    total_s: f64,
+    longest_s: f64,
+    /// Begin of the longest one, s.
+    begin_s: f64,
+    /// Targets, groups or UAVs of the longest one.
+    subject: String,
+    /// Reason of the longest one.
+    reason: String,
+    /// Setting that limits what the UAVs can do about it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    limit: Option<&'static str>,
+}
+
+/// Groups alarms by kind and cause: those that last longest in total come first.
+pub(crate) fn problems(alarms: &[Alarm], names: &[String]) -> Vec<Problem> {
+    let mut problems: Vec<Problem> = Vec::new();
+    for alarm in alarms {
+        let longer = Problem {
+            kind: alarm.kind,
+            cause: alarm.cause.clone(),
+            times: 1,
+            total_s: alarm.duration_s(),
+            longest_s: alarm.duration_s(),
+            begin_s: alarm.begin_us as f64 / 1e6,
+            subject: subject(alarm, names),
+            reason: alarm.reason.clone(),
+            limit: limit(alarm.kind, alarm.cause.as_deref()),
+        };
+        match problems.iter_mut().find(|known| (known.kind, &known.cause) == (alarm.kind, &alarm.cause)) {
+            Some(known) => {
+                let (times, total_s) = (known.times + 1, known.total_s + longer.total_s);
+                if longer.longest_s > known.longest_s {
+                    *known = longer;
+                }
+                (known.times, known.total_s) = (times, total_s);
+            }
+            None => problems.push(longer),
+        }
+    }
+    problems.sort_by(|a, b| b.total_s.total_cmp(&a.total_s));
+    problems
+}
+
+/// Names the target, UAV and group of an alarm.
+fn subject(alarm: &Alarm, names: &[String]) -> String {
+    let target = alarm.target.map(|target| named(&target_name(target, names)));
+    let uav = alarm.uav.map(|uav| format!("UAV {uav}"));
+    let group = alarm.group.map(|group| format!("group {group}"));
+    target.into_iter().chain(uav).chain(group).collect::<Vec<_>>().join(", ")
+}
+
+/// Returns the setting that limits what the UAVs can do about a problem.
+fn limit(kind: &str, cause: Option<&str>) -> Option<&'static str> {
+    match (kind, cause?) {
+        ("removed" | "orbit-infeasible", "radius-exceeded") => Some("orbit.radius_max_m"),
+        ("removed" | "orbit-infeasible", "too-fast") => Some("uavs.speed_change_max_m_s"),
+        ("orbit-blocked" | "orbit-partly-blocked", _) => Some("geofence"),
+        _ => None,
+    }
+}
+
+impl Problem {
+    /// Formats the problem: its extent, and the reason of its longest alarm.
+    pub(super) fn text(&self, width: usize) -> String {
+        let Self { kind, times, total_s, longest_s, begin_s, limit, .. } = self;
+        let subject = printable(&self.subject);
+        let colon = if subject.is_empty() { "" } else { ": " };
+        let extent = match times {
+            1 => format!("{longest_s:.1} s from {begin_s:.1} s on{colon}{subject}"),
+            _ => {
+                let longest = format!("longest {longest_s:.1} s from {begin_s:.1} s on");
+                format!("{}, {total_s:.1} s in all, {longest}{colon}{subject}", count(*times, "time"))
+            }
+        };
+        let limit = limit.map_or_else(String::new, |key| format!(" ({key})"));
+        wrapped(&format!("  {kind:21} "), &extent, width)
+            + &wrapped(&" ".repeat(24), &format!("{}{limit}", printable(&self.reason)), width)
+    }
+}
+
+/// Formats all alarms as CSV.
+pub(crate) fn alarms_csv(alarms: &[Alarm], names: &[String]) -> Result<String, csv::Error> {
+    let heads = ["kind", "cause", "target", "group", "uav", "begin_s", "end_s", "duration_s", "reason"];
+    let optional = |id: Option<u32>| id.map_or_else(String::new, |id| id.to_string());
+    let rows = alarms.iter().map(|alarm| {
+        let target = alarm.target.map_or_else(String::new, |target| target_name(target, names));
+        let [begin_s, end_s] = [alarm.begin_us, alarm.end_us].map(|time_us| (time_us as f64 / 1e6).to_string());
+        let cause = alarm.cause.clone().unwrap_or_default();
+        let (group, uav) = (optional(alarm.group), optional(alarm.uav));
+        let (kind, duration_s) = (alarm.kind.to_owned(), alarm.duration_s().to_string());
+        [kind, cause, target, group, uav, begin_s, end_s, duration_s, alarm.reason.clone()]
+    });
+    csv_of(heads, rows)
+}
+
+/// Formats all gaps as CSV; `period_s` is the length of a time step.
+pub(crate) fn gaps_csv(gaps: &[Gap], names: &[String], period_s: f64) -> Result<String, csv::Error> {
+    let heads = ["target", "begin_s", "end_s", "duration_s", "x_m", "y_m", "cause"];
+    let rows = gaps.iter().map(|gap| {
+        let seconds = |time_us: i64| (time_us as f64 / 1e6).to_string();
+        let duration_s = (f64::from(gap.steps) * period_s).to_string();
+        let [x_m, y_m] = [gap.x_m, gap.y_m].map(|at_m| at_m.to_string());
+        let (target, cause) = (target_name(gap.target, names), gap.cause.text().to_owned());
+        [target, seconds(gap.begin_us), seconds(gap.end_us), duration_s, x_m, y_m, cause]
+    });
+    csv_of(heads, rows)
+}
+
+fn csv_of<const N: usize>(heads: [&str; N], rows: impl Iterator<Item = [String; N]>) -> Result<String, csv::Error> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.write_record(heads)?;
+    rows.map(|row| writer.write_record(row)).collect::<Result<(), _>>()?;
+    let bytes = writer.into_inner().map_err(|error| error.into_error())?;
+    Ok(String::from_utf8_lossy(&bytes).into_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use standoff_io::display_text::WIDTH;
+
+    use super::*;
+
+    fn alarm(kind: &'static str, target: u32, begin_s: i64, end_s: i64) -> Alarm {
+        Alarm {
+            kind,
+            cause: Some("radius-exceeded".to_owned()),
+            target: Some(target),
+            group: Some(3),
+            uav: None,
+            begin_us: begin_s * 1_000_000,
+            end_us: end_s * 1_000_000,
+            reason: "so".to_owned(),
+        }
+    }
+
+    #[test]
+    fn alarms_are_grouped_and_the_longest_one_is_named() {
+        let names = ["a", "0"].map(str::to_owned);
+        let alarms = [alarm("lost", 0, 0, 5), alarm("removed", 0, 1, 3), alarm("removed", 1, 10, 20)];
+        let problems = problems(&alarms, &names);
+        let text: String = problems.iter().map(|problem| problem.text(WIDTH)).collect();
+        let removed =
+            "  removed               2 times, 12.0 s in all, longest 10.0 s from 10.0 s on: target \"0\", group 3\n";
+        assert!(text.starts_with(removed), "{text}");
+        assert!(
+            text.contains("so (orbit.radius_max_m)\n  lost                  5.0 s from 0.0 s on: a, group 3"),
+            "{text}"
+        );
+    }
+
+    #[test]
+    fn names_with_commas_and_quotes_are_quoted_in_csv() {
+        let csv = alarms_csv(&[alarm("lost", 0, 0, 5)], &["a, \"b\"".to_owned()]).unwrap();
+        assert!(csv.ends_with("\nlost,radius-exceeded,\"a, \"\"b\"\"\",3,,0,5,5,so\n"), "{csv}");
+    }
+}
