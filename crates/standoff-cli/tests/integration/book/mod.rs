@@ -5,7 +5,7 @@
 //! | mark | means |
 //! |---|---|
 //! | `not run: WHY` | the block's commands cannot be run here |
-//! | `shorter: COMMAND` | this command replaces the one that is its beginning, to use fewer runs |
+//! | `shorter: COMMAND` | this command replaces the one with the same beginning, up to `--runs` or `--points` |
 //! | `exit N` | the commands end with this status, not 0 |
 //! | `save as NAME` | the block is a file that the reader creates |
 //! | `not a scenario` | the TOML is wrong on purpose |
@@ -113,8 +113,11 @@ fn follow(place: &str, block: &Block, folder: &Path, tally: &mut Tally) {
             tally.left_out.push(format!("{place}: {command}: {why}"));
             continue;
         }
-        let bare = command.split(" #").next().unwrap_or_default().trim_end();
-        let shorter = block.mark("shorter:").filter(|shorter| shorter.starts_with(bare));
+        let bare = command.split(" #").next().unwrap_or_default();
+        let ends = [" --runs ", " --points "].iter().filter_map(|option| bare.find(option));
+        let beginning = bare[..ends.min().unwrap_or(bare.len())].trim_end();
+        let mut shorter = block.marks.iter().filter_map(|mark| mark.strip_prefix("shorter: "));
+        let shorter = shorter.find(|shorter| shorter.starts_with(beginning));
         let (status, printed) = run(folder, shorter.unwrap_or(command));
         tally.run += 1;
         let quoted = check_quoted(&typed.output, &printed);
