@@ -214,3 +214,22 @@ fn every_page_is_listed_once_in_the_summary() {
         pages.iter().filter_map(|page| page.path.strip_prefix("docs").ok()).map(|path| path.display().to_string());
     assert_eq!(chapters, names.filter(|name| name != "SUMMARY.md").collect::<Vec<_>>());
 }
+
+/// The gallery shows every built-in scenario: its map, description and command, and the button that flies it.
+#[test]
+fn the_gallery_shows_every_scenario() {
+    let gallery = fs::read_to_string(root().join("docs/user/gallery.md")).unwrap();
+    let (_, listed) = run(&root(), "standoff scenarios");
+    let mut missing = Vec::new();
+    for (name, about) in listed.lines().filter_map(|line| line.split_once(' ')) {
+        let picture = format!("../pictures/gallery/{}.svg", name.replace('/', "-"));
+        let entry = format!(
+            "### {name}\n\n![Map of {name}]({picture})\n\n{}.\n\n```sh\nstandoff run {name}\n```\n\n\
+             <p data-mission=\"scenario={name}\"></p>\n",
+            about.trim().trim_end_matches('.')
+        );
+        missing.extend((!gallery.contains(&entry)).then_some(name));
+    }
+    assert!(listed.lines().count() > 20, "{listed}");
+    assert!(missing.is_empty(), "run scripts/draw_gallery: docs/user/gallery.md lacks {missing:?}");
+}
