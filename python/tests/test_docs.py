@@ -21,6 +21,14 @@ def test_code_blocks_of_the_sweep_page_run(tmp_path: Path, monkeypatch: pytest.M
     assert len(variables["swept"]) == 9 and not list(tmp_path.iterdir())
 
 
+def test_law_of_the_cookbook_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (block,) = (block for block in code_blocks("cookbook.md") if "import standoff" in block)
+    variables: dict[str, Any] = {}
+    exec(block, variables)
+    assert variables["law"]["phase_error_deg"]["better"] == "a"
+
+
 def test_code_blocks_of_the_python_page_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     blocks = code_blocks("python.md")
     assert len(blocks) >= 7
