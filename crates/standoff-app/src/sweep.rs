@@ -10,7 +10,9 @@
 mod axis;
 mod definition;
 mod design;
+mod differences;
 mod results;
+mod text;
 
 use std::num::NonZeroUsize;
 use std::path::Path;

@@ -83,6 +83,7 @@ const SWEEP_SCRIPT: &str = concat!(
     include_str!("../page/palette.js"),
     include_str!("../page/batch-plots.js"),
     include_str!("../page/batch.js"),
+    include_str!("../page/sweep-plots.js"),
     include_str!("../page/sweep.js"),
     "})();\n",
 );

@@ -1,4 +1,4 @@
-//! Data of the page of a sweep: the statistics of each point. `page/sweep.js` draws them.
+//! Data of the page of a sweep: the statistics of each point, and paired differences between points. `page/sweep.js` draws them.
 
 use serde::Serialize;
 use standoff_score::MetricInfo;
@@ -20,7 +20,13 @@ pub struct SweepPage {
     pub metrics: Vec<SweepMetric>,
     /// Points, in order.
     pub points: Vec<SweepPoint>,
+    /// Differences by reference point, point and metric. The references are the first points: all or one.
+    pub differences: Vec<Vec<Vec<Difference>>>,
 }
+
+/// Number of runs in which a point and the reference have a value, mean of the point minus the reference with its paired
+/// 95 % interval, and the verdict on the point.
+pub type Difference = (u64, Option<f64>, Option<[f64; 2]>, &'static str);
 
 /// Description of a metric.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -32,14 +38,17 @@ pub struct SweepMetric {
     unit: &'static str,
     /// Factor that converts a value to `unit`.
     factor: f64,
+    /// True for the main metrics, which have a small plot.
+    is_main: bool,
 }
 
 impl SweepMetric {
     /// Returns the description of the metric with this name.
     pub fn of(name: &str) -> Self {
         let (unit, factor) = MetricInfo::unit(name);
-        let label = MetricInfo::of(name).map_or(name, |info| info.label).to_owned();
-        Self { name: name.to_owned(), label, unit, factor }
+        let info = MetricInfo::of(name);
+        let label = info.map_or(name, |info| info.label).to_owned();
+        Self { name: name.to_owned(), label, unit, factor, is_main: info.is_some_and(MetricInfo::is_main) }
     }
 }
 

@@ -1,36 +1,33 @@
-//! Results of a sweep: the statistics of each point as a table, as text, as JSON and on a page.
+//! Results of a sweep: the statistics of each point as a table, as JSON and on a page.
 
 use std::path::Path;
 
 use serde::Serialize;
 use serde_json::{Map, Value};
 use standoff_io::atomic_file::{self, PARTIAL};
-use standoff_io::display_text::{self, count};
+use standoff_io::display_text;
 use standoff_record::RecordError;
 use standoff_record::column::{self, Columns, Declaration, Field, Part, Row};
 use standoff_record::table::TableWriter;
-use standoff_score::MetricInfo;
 use standoff_sim::monte_carlo::{Results, Statistics, Summary};
 use standoff_view::page;
 use standoff_view::sweep::{SweepMetric, SweepPage, SweepPoint};
 
 use super::definition::Sweep;
+use super::differences::{Differences, differences};
 use crate::batch::REPORT;
 use crate::error::{Failure, of_batch};
-use crate::metric_table::{in_unit, interval};
 
 /// File name of the table of a sweep.
 pub const SWEEP_TABLE: &str = "sweep.parquet";
 
-/// Metrics that are printed if the user selects none; the table contains all.
-const PRINTED: [&str; 3] = ["custody_fraction", "position_error_m", "standoff_error_on_orbit_m"];
-
-/// Statistics of every point of a sweep.
+/// Statistics of every point of a sweep, and differences between points.
 #[derive(Debug, Clone)]
 pub struct SweepResults {
-    sweep: Sweep,
+    pub(super) sweep: Sweep,
     /// Statistics of each point.
-    points: Vec<Summary>,
+    pub(super) points: Vec<Summary>,
+    pub(super) differences: Differences,
 }
 
 impl SweepResults {
@@ -44,8 +41,9 @@ impl SweepResults {
                 return Err(Failure::Input(format!("{dir}: its runs or metrics are not those of the sweep")));
             }
         }
-        let points = results.iter().map(|results| results.summary().map_err(of_batch));
-        Ok(Self { sweep: sweep.clone(), points: points.collect::<Result<_, _>>()? })
+        let points = results.iter().map(|results| results.summary().map_err(of_batch)).collect::<Result<_, _>>()?;
+        let differences = differences(results, &sweep.metrics).map_err(of_batch)?;
+        Ok(Self { sweep: sweep.clone(), points, differences })
     }
 
     /// Opens the complete sweep in `dir`.
@@ -136,6 +134,7 @@ impl SweepResults {
                     statistics: summary.metrics.iter().map(|(_, of)| (of.n, of.mean, of.ci95)).collect(),
                 })
                 .collect(),
+            differences: self.differences.clone(),
         }
     }
 
@@ -169,50 +168,6 @@ impl SweepResults {
         let points = self.sweep.points.iter().zip(&self.points).map(point).collect::<Result<_, _>>();
         let whole = Whole { scenario, seed: *seed, runs: *runs, points: points.map_err(Failure::running)? };
         Ok(serde_json::to_string_pretty(&whole).map_err(Failure::running)? + "\n")
-    }
-
-    /// Formats the mean and the interval of each point: of all metrics, or of the most important ones.
-    pub fn text(&self, all_metrics: bool, dir: &Path) -> String {
-        let Sweep { scenario, seed, runs, keys, points, metrics, .. } = &self.sweep;
-        let (size, last) = (count(points.len(), "point"), seed + runs - 1);
-        let each = count(usize::try_from(*runs).unwrap_or(usize::MAX), "run");
-        let scenario = display_text::printable(scenario);
-        let mut text = format!("{scenario}, {size} with {each} each, seeds {seed} to {last}\n");
-        let widths: Vec<usize> = keys
-            .iter()
-            .enumerate()
-            .map(|(index, key)| points.iter().map(|point| point[index].len()).fold(key.len(), usize::max))
-            .collect();
-        let row = |cells: &[String]| {
-            cells.iter().zip(&widths).map(|(cell, width)| format!("  {cell:>width$}")).collect::<String>()
-        };
-        let is_shown = |name: &str| all_metrics || PRINTED.contains(&name);
-        let fallback = !metrics.iter().any(|name| is_shown(name));
-        let mut left_out = 0;
-        for (index, name) in metrics.iter().enumerate() {
-            let of = |point: &Summary| point.metrics[index].1;
-            if !is_shown(name) && !fallback || self.points.iter().all(|point| of(point).n == 0) {
-                left_out += 1;
-                continue;
-            }
-            let (unit, _) = MetricInfo::unit(name);
-            let label = MetricInfo::of(name).map_or(name.as_str(), |info| info.label);
-            let unit = if unit.is_empty() { String::new() } else { format!(", {unit}") };
-            text += &format!("\n{label}{unit}\n{} {:>6} {:>9}  95 % interval\n", row(keys), "n", "mean");
-            for (values, summary) in points.iter().zip(&self.points) {
-                let Statistics { n, mean, ci95, .. } = of(summary);
-                let interval = interval(name, ci95);
-                text += &format!("{} {n:>6} {:>9}  {interval}\n", row(values), in_unit(name, mean));
-            }
-        }
-        if left_out > 0 {
-            text += &format!(
-                "\n{} not shown: see {SWEEP_TABLE}, or select metrics with --metrics\n",
-                count(left_out, "metric")
-            );
-        }
-        let (dir, page) = (display_text::shell_path(dir), display_text::shell_path(&dir.join(REPORT)));
-        text + &format!("\nresults in {dir}\nnext:\n  open {page}\n")
     }
 }
 
