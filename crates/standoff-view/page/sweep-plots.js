@@ -1,5 +1,8 @@
 // Plots of the page of a sweep, drawn with plotly.js: a metric over one key, or over two; large, or small next to those of other metrics.
 
+/** Maximum number of lines in a plot: that of the colours of UAVs. */
+const MAX_LINES = 8;
+
 /** Widths of the large plot and of a small one on paper, px. */
 const PAPER_WIDTHS = { large: 680, small: 210 };
 
@@ -35,22 +38,29 @@ class SweepPlots {
     await window.Plotly.react(plot, traces, { ...layout, ...this.paper("large") }, PLOT_CONFIG);
   }
 
-  /** Draws the small plots: without titles of axes, which are those of the large plot. */
+  /** Draws the small plots. */
   async drawSmall() {
-    for (const [k, button] of this.buttons.entries()) {
-      const { traces, layout } = this.figure(this.shown[k]);
-      const axis = (of) => ({ ...of, title: undefined, nticks: 4, automargin: "left" });
-      const small = {
-        ...layout, height: 130, margin: { l: 34, r: 6, t: 6, b: 20 }, xaxis: axis(layout.xaxis), yaxis: axis(layout.yaxis),
-        font: { ...layout.font, size: 10 }, ...this.paper("small"),
-      };
-      for (const trace of traces) {
-        const bar = trace.colorbar ?? trace.marker?.colorbar;
-        if (bar) Object.assign(bar, { title: undefined, thickness: 7, nticks: 4 });
-        else trace.marker = { ...trace.marker, size: 4 };
-      }
-      await window.Plotly.react(button.lastChild, traces, small, { ...PLOT_CONFIG, staticPlot: true });
+    // The reference may have no value of a metric.
+    this.buttons.forEach((button, k) => (button.hidden = !this.measured(this.shown[k]).length));
+    // All plots are drawn at the same time, because a browser that prints does not wait.
+    await Promise.all(this.buttons.map((button, k) => button.hidden || this.drawButton(button, this.shown[k])));
+  }
+
+  /** Draws a small plot, without titles of axes, which are those of the large plot. */
+  drawButton(button, metric) {
+    const { traces, layout } = this.figure(metric);
+    // Without automatic margins, the axes of all plots are below each other.
+    const axis = (of) => ({ ...of, title: undefined, nticks: 4, automargin: false });
+    const small = {
+      ...layout, height: 120, margin: { l: 44, r: 6, t: 6, b: 20 }, showlegend: false, xaxis: axis(layout.xaxis), yaxis: axis(layout.yaxis),
+      font: { ...layout.font, size: 10 }, ...this.paper("small"),
+    };
+    for (const { colorbar, marker } of traces) {
+      const bar = colorbar ?? marker?.colorbar;
+      if (bar) Object.assign(bar, { title: undefined, thickness: 7, nticks: 4 });
+      if (marker) marker.size /= 2;
     }
+    return window.Plotly.react(button.lastChild, traces, small, { ...PLOT_CONFIG, staticPlot: true });
   }
 
   /** Paper is narrower than most screens. */
@@ -70,7 +80,7 @@ class SweepPlots {
     const axis = (text) => ({ title: { text: escapeMarkup(text) }, gridcolor: grid, zeroline: false, zerolinecolor: faint, automargin: true });
     const ofKey = (key) => ({ ...axis(view.data.keys[key]), type: view.isNumber[key] ? "linear" : "category" });
     return {
-      margin: { l: 56, r: 12, t: 10, b: 46 }, ...plotLook(), showlegend: false, height: 380, xaxis: ofKey(across),
+      margin: { l: 56, r: 12, t: 10, b: 46 }, ...plotLook(), showlegend: false, height: 340, xaxis: ofKey(across),
       yaxis: up === null ? axis("") : ofKey(up),
     };
   }
@@ -89,27 +99,45 @@ class SweepPlots {
     return this.view.data.points.filter((point) => this.view.statistics(point, metric).mean !== null);
   }
 
-  /** One marker with its interval per point; a line connects the points if no other key varies. */
+  /** One marker with its interval per point. Lines connect points that differ only by the key of the horizontal axis. */
   line(metric, x) {
     const { view } = this;
-    const measured = this.measured(metric);
-    if (view.isNumber[x]) measured.sort((a, b) => view.value(a, x) - view.value(b, x));
-    const all = measured.map((point) => view.statistics(point, metric));
-    const reach = (end, sign) => all.map(({ mean, ci95 }) => (ci95 ? sign * (ci95[end] - mean) : 0));
-    const colour = palette().runs[0];
-    const trace = {
-      type: "scatter", mode: view.data.keys.length === 1 ? "lines+markers" : "markers", x: measured.map((point) => view.value(point, x)),
-      y: all.map(({ mean }) => mean), line: { color: colour }, marker: { color: colour, size: 7 },
-      error_y: { type: "data", symmetric: false, array: reach(1, 1), arrayminus: reach(0, -1), color: colour, thickness: 1.4 },
-      text: measured.map((point) => this.hover(point, metric)), hovertemplate: "%{text}<extra></extra>",
-    };
+    const series = this.series(metric, x);
     const layout = this.layout(x, null);
     layout.yaxis.title.text = escapeMarkup(view.quantity(metric));
     layout.yaxis.zeroline = view.isDifference;
+    layout.showlegend = series.length > 1;
     layout.xaxis = { ...layout.xaxis, ...this.sameRange(x) };
-    const note = view.isDifference ? `Differences from ${view.referenceText}, seed by seed. Bars: paired 95 % confidence interval.`
+    const note = view.isDifference ? `Differences from ${view.referenceText}, paired by seed. Bars: 95 % confidence interval of the difference.`
       : "Bars: 95 % confidence interval of the mean.";
-    return { traces: [trace], layout, note };
+    return { traces: series.map((one) => this.trace(metric, x, one)), layout, note };
+  }
+
+  /** The points of each line: one line for each value of the second key of a grid. */
+  series(metric, x) {
+    const { view } = this;
+    const { keys, is_grid } = view.data;
+    const points = this.measured(metric);
+    if (view.isNumber[x]) points.sort((a, b) => view.value(a, x) - view.value(b, x));
+    const [colour, other] = [palette().runs[0], 1 - x];
+    const values = is_grid && keys.length === 2 ? view.values(other) : [];
+    if (values.length < 2 || values.length > MAX_LINES) return [{ points, name: "", colour, mode: keys.length === 1 ? "lines+markers" : "markers" }];
+    return values.map((value, k) => ({
+      points: points.filter((point) => view.value(point, other) === value), name: escapeMarkup(`${keys[other]} = ${value}`),
+      colour: palette().uavs[k], mode: "lines+markers",
+    }));
+  }
+
+  trace(metric, x, { points, name, colour, mode }) {
+    const { view } = this;
+    const all = points.map((point) => view.statistics(point, metric));
+    const reach = (end, sign) => all.map(({ mean, ci95 }) => (ci95 ? sign * (ci95[end] - mean) : 0));
+    return {
+      type: "scatter", mode, name, x: points.map((point) => view.value(point, x)), y: all.map(({ mean }) => mean), line: { color: colour },
+      marker: { color: colour, size: 7 },
+      error_y: { type: "data", symmetric: false, array: reach(1, 1), arrayminus: reach(0, -1), color: colour, thickness: 1.4 },
+      text: points.map((point) => this.hover(point, metric)), hovertemplate: "%{text}<extra></extra>",
+    };
   }
 
   /** Range of an axis of a key: the same in all plots, also in those of metrics that lack values at some points. */
@@ -119,7 +147,9 @@ class SweepPlots {
     if (!view.isNumber[key]) return { categoryorder: "array", categoryarray: values, range: [-0.5, values.length - 0.5] };
     const [first, last] = [values[0], values.at(-1)];
     const margin = 0.05 * (last - first || 1);
-    return { range: [first - margin, last + margin] };
+    // No ticks between whole numbers.
+    const areFew = last - first <= 10 && values.every(Number.isInteger);
+    return { range: [first - margin, last + margin], ...(areFew ? { dtick: 1 } : {}) };
   }
 
   /** Colours of a plot over two keys; differences have a neutral colour at 0. */
@@ -169,6 +199,6 @@ class SweepPlots {
 
   colourNote(what) {
     const { isDifference, referenceText } = this.view;
-    return isDifference ? `Colour: difference from ${referenceText}, seed by seed, ${what}.` : `Colour: ${what}.`;
+    return isDifference ? `Colour: difference from ${referenceText}, paired by seed; ${what}.` : `Colour: ${what}.`;
   }
 }

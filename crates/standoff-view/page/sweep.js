@@ -53,7 +53,9 @@ class SweepView {
 
   /** The paired difference of a point from the reference. */
   difference(point, metric) {
-    return this.scaled(this.data.differences[this.reference][this.data.points.indexOf(point)][metric], metric);
+    const index = this.data.points.indexOf(point);
+    const difference = this.scaled(this.data.differences[this.reference][index][metric], metric);
+    return index === this.reference ? { ...difference, verdict: "reference" } : difference;
   }
 
   scaled([n, mean, ci95, verdict], metric) {
@@ -88,7 +90,7 @@ class SweepView {
     element("sweep-metric").replaceChildren(...metrics.map((metric, index) => new Option(this.title(metric), index)));
     const options = () => keys.map((key, index) => new Option(key, index));
     element("sweep-x").replaceChildren(...options());
-    element("sweep-y").replaceChildren(new Option("mean", "mean"), ...options());
+    element("sweep-y").replaceChildren(new Option("the metric", "mean"), ...options());
     element("sweep-y").value = keys.length > 1 ? "1" : "mean";
     for (const id of ["sweep-x", "sweep-y"]) element(id).parentElement.hidden = keys.length < 2;
     element("sweep-reference").replaceChildren(...differences.map((_, index) => new Option(this.pointText(points[index]), index)));
@@ -112,13 +114,12 @@ class SweepView {
 
   /** Updates the table and all plots. */
   async draw() {
-    await this.choose(this.metric);
-    if (window.Plotly) await this.plots.drawSmall();
+    await Promise.all([this.choose(this.metric), window.Plotly && this.plots.drawSmall()]);
   }
 
   showTable() {
     const table = element("sweep-points");
-    const { data, metric, reference } = this;
+    const { data, metric } = this;
     const unit = data.metrics[metric].unit ? ` (${data.metrics[metric].unit})` : "";
     const head = document.createElement("tr");
     const heads = [...data.keys, "n", `Mean${unit}`, "95 % interval", `Difference${unit}`, "95 % interval", "Verdict"];
@@ -128,15 +129,15 @@ class SweepView {
       return cell;
     }));
     table.tHead.replaceChildren(head);
-    table.tBodies[0].replaceChildren(...data.points.map((point, index) => {
+    table.tBodies[0].replaceChildren(...data.points.map((point) => {
       const row = document.createElement("tr");
       const { n, mean, ci95 } = this.scaled(point.statistics[metric], metric);
       const difference = this.difference(point, metric);
-      const isReference = index === reference;
-      const texts = [...point.values, String(n), formatNumber(mean), interval(ci95), formatNumber(difference.mean), interval(difference.ci95)];
-      row.append(...texts.map((text) => textElement("td", text)));
-      const verdict = isReference ? "reference" : difference.n ? difference.verdict : "";
-      row.append(textElement("td", verdict, { class: verdict, title: isReference ? "" : `${difference.n} pairs of runs` }));
+      const isReference = difference.verdict === "reference";
+      const differs = isReference ? ["", ""] : [formatNumber(difference.mean), interval(difference.ci95)];
+      row.append(...[...point.values, String(n), formatNumber(mean), interval(ci95), ...differs].map((text) => textElement("td", text)));
+      const verdict = isReference || difference.n ? difference.verdict : formatNumber(null);
+      row.append(textElement("td", verdict, { class: verdict, title: `${difference.n} pairs of runs` }));
       return row;
     }));
     element("sweep-caption").textContent = `${data.metrics[metric].label}: mean of each point, and difference from ${this.referenceText}`;

@@ -100,8 +100,7 @@ impl SweepResults {
             let verdict = column("verdict", true, "reference", &mut verdicts);
             let ci95 = column("95 % interval", true, "-", &mut intervals);
             let used = width(&columns);
-            let fits =
-                |more: &[&Column]| used + more.iter().map(|column| column.width() + 2).sum::<usize>() <= WIDTH;
+            let fits = |more: &[&Column]| used + more.iter().map(|column| column.width() + 2).sum::<usize>() <= WIDTH;
             if fits(&[&difference, &ci95, &verdict]) {
                 columns.extend([difference, ci95, verdict]);
             } else if fits(&[&difference, &verdict]) {

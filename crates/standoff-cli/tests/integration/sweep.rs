@@ -45,7 +45,13 @@ fn a_sweep_prints_the_mean_and_interval_of_each_point_and_writes_a_table_and_a_p
     let args = ["--vary", "sensor.range_sd_m=5,20", "--runs", "3", "--out", "o"];
     let table = printed(folder.path(), &args);
     assert!(table.starts_with("paper/table-2-pair, 2 points with 3 runs each, seeds 1 to 3\n"), "{table}");
-    assert!(table.contains("\nposition error, m\n  sensor.range_sd_m      n      mean  95 % interval\n"), "{table}");
+    assert!(table.contains("\ndifferences from sensor.range_sd_m=5, paired by seed\n"), "{table}");
+    assert!(table.contains("\nposition error, m\n  sensor.range_sd_m      n      mean  95 % interval"), "{table}");
+    assert!(table.lines().all(|line| line.chars().count() < 100), "{table}");
+    let compared = standoff(folder.path(), &["compare", "o/points/0", "o/points/1", "--json"]);
+    let compared: Value = serde_json::from_slice(&compared.stdout).unwrap();
+    let difference = compared["metrics"]["position_error_m"]["difference"].as_f64().unwrap();
+    assert!(table.contains(&format!("   {difference:.3}  ")), "{difference}: {table}");
     assert!(table.ends_with("results in o\nnext:\n  open o/report.html\n"), "{table}");
     let out = folder.path().join("o");
     assert_eq!(names(&out), ["points", "report.html", "sweep.json", "sweep.parquet"]);
