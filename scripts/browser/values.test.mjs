@@ -75,7 +75,7 @@ function checkTargets(rows, recorded, names) {
     assert.equal(row.state, [target.membership, target.status].filter(Boolean).join(", ") || "no track");
     assert.equal(row.warning, warningOf(target));
     const group = target.group === null ? "none" : `${target.group}`;
-    assert.equal(row.group, target.group !== null && target.receiving_group !== null ? `${group} to ${target.receiving_group}` : group);
+    assert.equal(row.group, target.receiving_group === null ? group : `in handoff, joins ${target.receiving_group}`);
     agrees(row.error_m, target.error_m, 2, `target ${id} error`);
     agrees(row.out_of_view_s, target.in_view === false ? target.out_of_view_s : null, 1, `target ${id}: time out of view`);
     assert.equal(row.seen_by, seenByText(target), `target ${id}`);

@@ -64,9 +64,7 @@ const TARGET_COLUMNS = [
     "Membership of the track (member: in a group; in-handoff: in handoff; ungrouped: in no group; removed: no feasible orbit could include it) " +
     "and its status (updated: measured in this time step; coasting: predicted only; cued: reported by a cue source, not measured yet)", stateText],
   ["warning", "Warning", warningOf, "State that needs attention; out of view: in no UAV's view (true geometry)", (target) => WARNINGS.indexOf(warningOf(target))],
-  ["group", "Group", (target) =>
-    `${target.group ?? "none"}${target.receiving_group === null ? "" : ` to ${target.receiving_group}`}`,
-    "Group of the track; with \"to\": handoff from the first group, or from none, to the second", (target) => target.group],
+  ["group", "Group", groupOfTarget, "Group of the track; in handoff: the group that it joins", (target) => target.group],
   ["out_of_view_s", "Out of view for (s)", (target) => fixed(target.out_of_view ? target.out_of_view_s : NaN, 1),
     "Time for which the target has been in no UAV's view (true geometry)", (target) => (target.out_of_view ? target.out_of_view_s : NaN)],
   ["seen_by", "Seen by", seenByText, "UAVs that have the target in view: within their field of view and sensing range (true geometry)",
@@ -110,6 +108,8 @@ const WIND_DETAILS = [
     "True wind at the UAV, and the compass direction it blows from"],
 ];
 const TARGET_DETAILS = [
+  ["leaves", "Leaves group", ({ group, receiving_group }) => (group === null || receiving_group === null ? "" : `${group}`),
+    "In handoff: the group that the target belongs to until the receiving group has it in view"],
   ["detections", "Measured by", (target) => `${target.detections} ${target.detections === 1 ? "UAV" : "UAVs"}`,
     "Number of UAVs that measured the target in this time step"],
   ["speed_m_s", "Speed (m/s)", (target) => fixed(Math.hypot(target.vx_m_s, target.vy_m_s), 1), "Estimated speed over ground"],

@@ -114,7 +114,8 @@ function drawNames(map, { ctx, labels, scene, size }) {
   const named = few.map(({ target, x, y }) => {
     const warning = warningOf(target);
     // Among many targets, the symbol alone shows the warning.
-    const suffix = warning && !target.out_of_view && inSight.length <= MAX_NAMED ? ` (${warning})` : "";
+    const text = warning && target.receiving_group !== null ? groupOfTarget(target) : warning;
+    const suffix = warning && !target.out_of_view && inSight.length <= MAX_NAMED ? ` (${text})` : "";
     return { x, y, first: warning || selection.isChosen("target", target.id), name: `${targetName(replayData, target.id)}${suffix}` };
   });
   for (const { x, y, name } of [...named.filter((one) => one.first), ...named.filter((one) => !one.first)]) {

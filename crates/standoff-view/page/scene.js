@@ -332,6 +332,11 @@ function warningOf(target) {
   return place || (target.status === "coasting" ? "coasting" : "");
 }
 
+/** The group of a target or, in handoff, the group that it joins. */
+function groupOfTarget({ group, receiving_group }) {
+  return receiving_group === null ? `${group ?? "none"}` : `in handoff, joins ${receiving_group}`;
+}
+
 /** Warnings about targets, most severe first. */
 const WARNINGS = ["out of view", "out of view, removed", "out of view, ungrouped", "out of view, in handoff", "out of view, untracked", "coasting",
   "in handoff", "untracked", "ungrouped", "removed", ""];
