@@ -21,6 +21,7 @@ test("two runs are shown at the same time, the side panel shows one of them, and
   await page.waitForSelector('[data-ready="charts"]');
   await page.waitForFunction(() => document.querySelectorAll("#outcome tbody tr").length > 5);
   assert.equal(await page.title(), "tour/02-two-uavs, seed 1 | tour/04-two-groups, seed 1 \u2013 standoff");
+  assert.deepEqual(await page.locator("#title span").allTextContents(), ["A: tour/02-two-uavs, seed 1", "B: tour/04-two-groups, seed 1"]);
   assert.equal(await page.locator("#about").textContent(),
     "Two UAVs orbit three vehicles 90 degrees apart, with sensor noise | Four UAVs track two groups of vehicles, two UAVs per group");
 
@@ -120,6 +121,25 @@ test("charts show the curves of both runs and their differences, or those of one
   await page.waitForFunction(() => document.querySelector('[data-panel="standoff_error"] .plot').data[0].x.at(-1) === 25);
   assert.deepEqual(complaints, []);
   await close();
+  assert.equal(await view.end(), 0);
+});
+
+test("the header shows the settings in which two runs of a scenario differ", limits, async () => {
+  for (const [out, ...args] of [["usual", "--seed", "2"], ["changed", "--set", "orbit.margin_sds=2", "--set", "uavs.speed_m_s=30"]]) {
+    execFileSync(STANDOFF, ["run", "tour/02-two-uavs", "--set", "duration_s=5", ...args, "--out", out], { cwd: results, stdio: "ignore" });
+  }
+  const view = await serving("view", "usual", "changed");
+  for (const options of [{}, PHONE]) {
+    const { page, complaints, close } = await openServed(view.address, undefined, options);
+    const names = page.locator("#title span");
+    const [a, b] = await names.allTextContents();
+    assert.match(a, /^A: tour\/02-two-uavs, seed 2, orbit\.margin_sds=[\d.]+, uavs\.speed_m_s=40$/);
+    assert.equal(b, "B: tour/02-two-uavs, seed 1, orbit.margin_sds=2, uavs.speed_m_s=30");
+    const [above, below] = await names.evaluateAll((all) => all.map((name) => name.getBoundingClientRect().toJSON()));
+    assert.ok(above.bottom <= below.top && above.width > 300, "each run has a line");
+    assert.deepEqual(complaints, []);
+    await close();
+  }
   assert.equal(await view.end(), 0);
 });
 

@@ -128,6 +128,18 @@ impl LiveReplay {
         self.head.origin.is_some()
     }
 
+    /// Name of the scenario.
+    pub(crate) fn scenario(&self) -> &str {
+        &self.head.scenario
+    }
+
+    /// Sets the settings that differ from those of the other run on the page, before the run is served.
+    pub(crate) fn set_changes(&mut self, changes: Vec<String>) -> Result<(), Failure> {
+        self.head.changes = changes;
+        self.replay = Arc::new(Replay::new(&self.head).map_err(Failure::running)?);
+        Ok(())
+    }
+
     pub(crate) fn replay(&self) -> Arc<Replay> {
         Arc::clone(&self.replay)
     }

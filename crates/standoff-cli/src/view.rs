@@ -10,7 +10,7 @@ use standoff_io::bounded_input;
 use standoff_io::display_text;
 use standoff_record::{Frame, Record};
 use standoff_score::{MetricSelection, Scorer, SelectedMetrics};
-use standoff_sim::monte_carlo::Results;
+use standoff_sim::monte_carlo::{Results, differing_settings};
 use standoff_sim::run::Mission;
 use standoff_sim::scenario::{Scenario, ScenarioTemplate, Settings, built_in, built_in_like};
 use standoff_view::batch::Batch;
@@ -64,7 +64,11 @@ pub(crate) fn view(args: &Args) -> Result<(), Failure> {
         [] => show(flight(None, args)?, None, args),
         [page] if is_page(page) => serve_page(page, args),
         [one] if is_run(one) => show(run(one, args)?, None, args),
-        [one, other] if is_run(one) && is_run(other) => show(run(one, args)?, Some(run(other, args)?), args),
+        [one, other] if is_run(one) && is_run(other) => {
+            let (mut first, mut second) = (run(one, args)?, run(other, args)?);
+            distinguish(&mut first, &mut second)?;
+            show(first, Some(second), args)
+        }
         _ if dirs.iter().any(|dir| is_run(dir)) => {
             let message = "name one run, two runs, or any number of folders of standoff monte-carlo: runs and batches \
                            cannot be shown together";
@@ -101,6 +105,16 @@ fn serve_page(path: &Path, args: &Args) -> Result<(), Failure> {
     note("Press Ctrl-C to stop.");
     interruption.wait(None);
     Ok(())
+}
+
+/// Adds the settings in which two runs of the same scenario differ, so that the page can show them.
+fn distinguish(first: &mut Shown, second: &mut Shown) -> Result<(), Failure> {
+    if first.live.scenario() != second.live.scenario() {
+        return Ok(());
+    }
+    let [a, b] = differing_settings([&first.scenario_toml, &second.scenario_toml]).map_err(Failure::input)?;
+    first.live.set_changes(a)?;
+    second.live.set_changes(b)
 }
 
 /// Serves one or two runs; the page shows them while they are still being flown or read.
@@ -166,6 +180,8 @@ fn batches(dirs: &[&Path], args: &Args) -> Result<(), Failure> {
 /// A replay, and the work that fills it.
 struct Shown {
     live: LiveReplay,
+    /// The resolved scenario.
+    scenario_toml: String,
     work: Box<dyn FnOnce(LiveReplay) -> Result<(), Failure> + Send>,
 }
 
@@ -185,6 +201,7 @@ fn record(dir: &Path, args: &Args) -> Result<Shown, Failure> {
     let choice = args.metrics.selection();
     let dir = PathBuf::from(dir);
     let frames = record.frames().map_err(of_record)?;
+    let scenario_toml = record.scenario_toml().to_owned();
     let work = move |live: LiveReplay| {
         score_and_show(live, &settings, choice, |look| {
             for frame in frames {
@@ -201,7 +218,7 @@ fn record(dir: &Path, args: &Args) -> Result<Shown, Failure> {
             }
         })
     };
-    Ok(Shown { live, work: Box::new(work) })
+    Ok(Shown { live, scenario_toml, work: Box::new(work) })
 }
 
 /// Returns the failure for a name that is neither a folder nor a scenario.
@@ -235,7 +252,8 @@ fn flight(what: Option<&str>, args: &Args) -> Result<Shown, Failure> {
     warn(&scenario, "", &note);
     let live = LiveReplay::flight(&scenario, false, args.maps.named().of_scenario(&scenario, &note)?)?;
     let choice = args.metrics.selection();
-    Ok(Shown { live, work: Box::new(move |live| fly(&scenario, live, choice)) })
+    let scenario_toml = scenario.resolved().map_err(Failure::Scenario)?;
+    Ok(Shown { live, scenario_toml, work: Box::new(move |live| fly(&scenario, live, choice)) })
 }
 
 fn fly(scenario: &Scenario, live: LiveReplay, choice: MetricSelection) -> Result<(), Failure> {

@@ -30,7 +30,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 pub use batch::Batch;
 pub use compare::{Better, Comparison, Paired, compare, compare_results};
-pub use diff::Settings;
+pub use diff::{Settings, differing_settings};
 pub use error::MonteCarloError;
 pub use merge::merge;
 pub use results::{Results, Runs, Summary};

@@ -230,12 +230,27 @@ function runName(head) {
   return `${head.scenario}, seed ${head.seed}${head.unfinished ? ", unfinished" : ""}`;
 }
 
-/** Sets the title of the page, and below it the descriptions of the scenarios. */
+/** Maximum number of settings in the name of a run. */
+const MAX_CHANGES = 3;
+
+/** The name of one of two runs, with the settings that differ from those of the other run. */
+function longRunName({ letter, replayData: { head } }) {
+  const { changes = [] } = head;
+  const more = changes.length > MAX_CHANGES ? [`and ${changes.length - MAX_CHANGES} more settings`] : [];
+  return [`${letter}: ${runName(head)}`, ...changes.slice(0, MAX_CHANGES), ...more].join(", ");
+}
+
+/** Sets the title of the page, with a line for each of two runs, and below it the descriptions of the scenarios. */
 function title(runs) {
   const heads = runs.map(({ replayData }) => replayData.head);
-  const names = heads.map(runName).join(" | ");
-  document.title = `${names} \u2013 standoff`;
-  element("title").textContent = names;
+  document.title = `${heads.map(runName).join(" | ")} \u2013 standoff`;
+  const names = runs.length > 1 ? runs.map(longRunName) : heads.map(runName);
+  element("title").replaceChildren(...names.map((name, k) => {
+    const line = make("span");
+    line.textContent = name;
+    line.title = [name, ...(heads[k].changes ?? []).slice(MAX_CHANGES)].join("\n");
+    return line;
+  }));
   const about = element("about");
   about.textContent = about.title = [...new Set(heads.map(({ about }) => about))].filter(Boolean).join(" | ");
   about.hidden = !about.textContent;

@@ -28,6 +28,19 @@ impl Batch {
     }
 }
 
+/// Returns the settings in which the resolved scenarios of two runs differ, each `KEY=VALUE`. Descriptions have no
+/// influence on a run, and arrays such as start positions differ with the seed; both are left out.
+pub fn differing_settings(scenarios_toml: [&str; 2]) -> Result<[Vec<String>; 2], toml::de::Error> {
+    let [a, b] = scenarios_toml.map(settings_of);
+    let (a, b) = (a?, b?);
+    let differing = |ours: &Settings, theirs: &Settings| {
+        let is_shown = |key: &str, value: &str| key != "about" && !value.starts_with('[');
+        let changed = ours.iter().filter(|(key, value)| is_shown(key, value) && theirs.get(*key) != Some(value));
+        changed.map(|(key, value)| format!("{key}={value}")).collect()
+    };
+    Ok([differing(&a, &b), differing(&b, &a)])
+}
+
 /// Returns every value of a TOML document by its dotted key; an array is one value.
 pub(super) fn settings_of(toml: &str) -> Result<Settings, toml::de::Error> {
     let mut settings = Settings::new();
@@ -63,6 +76,17 @@ mod tests {
         let settings = settings_of("a = 1\n[b]\nc = \"x\"\n[b.d]\ne = [1, 2]\n[[f]]\ng = 1.5\n").unwrap();
         let expected = [("a", "1"), ("b.c", "\"x\""), ("b.d.e", "[1, 2]"), ("f", "[{ g = 1.5 }]")];
         assert_eq!(settings, expected.map(|(key, value)| (key.to_owned(), value.to_owned())).into());
+    }
+
+    #[test]
+    fn differing_settings_are_those_of_each_run_without_arrays() {
+        let a = "about = \"x\"\nduration_s = 20\n[uavs]\ncount = 2\nspeed_m_s = 40\n[[uavs.start]]\nx_m = 1\n";
+        let b = "about = \"y\"\nduration_s = 20\n[uavs]\ncount = 3\n[[uavs.start]]\nx_m = 2\n";
+        let expected = [vec!["uavs.count=2", "uavs.speed_m_s=40"], vec!["uavs.count=3"]];
+        assert_eq!(
+            differing_settings([a, b]).unwrap(),
+            expected.map(|all| all.into_iter().map(str::to_owned).collect::<Vec<_>>())
+        );
     }
 
     #[test]

@@ -25,6 +25,9 @@ pub struct Head {
     /// Description of the scenario in one line. It may come from an untrusted file, so the page shows it as plain text.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub about: String,
+    /// Settings that differ from those of another run of the same scenario on the page, each `KEY=VALUE`.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub changes: Vec<String>,
     /// Seed of the run, as text because JavaScript numbers have only 53 bits.
     pub seed: String,
     /// Version of standoff that simulated the run.
@@ -166,6 +169,7 @@ impl Head {
             format: FORMAT,
             scenario: manifest.scenario.clone(),
             about: limits.about.clone(),
+            changes: Vec::new(),
             seed: manifest.seed.to_string(),
             version: manifest.version.clone(),
             duration_s: manifest.duration_s,
