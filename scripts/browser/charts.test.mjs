@@ -219,6 +219,13 @@ for (const [screen, options] of [["1280x720", {}], ["a phone", PHONE]]) {
     if (options === PHONE) {
       const [charts, side] = [await pane.boundingBox(), await page.locator("aside").boundingBox()];
       assert.ok(charts.height > side.height - 90, `the charts have ${charts.height} of ${side.height} px`);
+      // Instead of the map, the panel can use the full height.
+      const full = page.getByRole("button", { name: "Full height" });
+      await full.click();
+      assert.ok((await pane.boundingBox()).height > charts.height + 250, "the charts use the height of the map");
+      assert.equal(await page.locator("#map").isVisible(), false);
+      await full.click();
+      assert.equal((await pane.boundingBox()).height, charts.height);
     }
     const [horizontal, vertical] = await panes();
     assert.equal(horizontal, 0);

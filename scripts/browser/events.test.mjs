@@ -223,6 +223,20 @@ inReport("events are filtered by kind, object and group, and by the selected obj
   await isAt(page, first.time_s);
 });
 
+inReport("on a phone, the event filters are behind one button, which shows how many are active", { flight: "bustle", ...PHONE }, async (page) => {
+  await page.getByRole("tab", { name: "Events" }).click();
+  const bar = page.locator("#panel-events .bar");
+  assert.ok((await bar.boundingBox()).height < 52, "the bar has one line");
+  const filter = page.getByRole("button", { name: /^Filter/ });
+  await filter.click();
+  await page.getByLabel("Kind").selectOption("lost");
+  await page.getByPlaceholder("UAV, target, intruder").fill("r 14");
+  await filter.click();
+  assert.equal(await filter.textContent(), "Filter (2)");
+  assert.equal(await page.getByLabel("Kind").isVisible(), false);
+  assert.ok((await bar.boundingBox()).height < 52, "the bar has one line again");
+});
+
 inReport("the event strip shows the number of events, and its tooltip lists the events under the pointer", { flight: "bustle" }, async (page) => {
   const marks = page.locator("#event-strip");
   /** For each column of pixels: the number of pixels in the alarm colour, in other colours, and empty. */

@@ -83,8 +83,11 @@ function connect(page) {
     element("ruler-result").textContent = on ? "drag on the map to measure" : "";
     page.renew();
   };
-  // On phones, this button shows the others.
-  pressed("tools-button", ({ currentTarget: button }) => button.setAttribute("aria-expanded", String(button.getAttribute("aria-expanded") !== "true")));
+  // On phones, these buttons show others, and one of them hides the map.
+  const toggles = (id, state) => pressed(id, ({ currentTarget: button }) => button.setAttribute(state, String(button.getAttribute(state) !== "true")));
+  toggles("tools-button", "aria-expanded");
+  toggles("event-filters", "aria-expanded");
+  toggles("full-height", "aria-pressed");
   pressed("view-3d", () => page.show3d(!page.is3d));
   pressed("last-view", () => page.viewHistory.back());
   pressed("ruler", () => rule(!page.map.ruler));

@@ -87,6 +87,8 @@ class EventFilter {
       (kind ? event.kind === kind : isListedByDefault(event)) &&
       (group === null || isOf(event, { kind: "group", id: group })) && isObject(event) && (!object || isOf(event, object));
     this.unfiltered = replayData.events.filter(isListedByDefault);
+    const active = [kind, this.group.value, this.objectField.value.trim()].filter(Boolean).length;
+    element("event-filters").textContent = active ? `Filter (${active})` : "Filter";
     this.events = replayData.events.filter(passes);
     /** Identifies the filter; it does not change when more events are loaded. */
     this.key = JSON.stringify([this.page.run.letter, replayData.agents.chosen, kind, group, this.objectField.value, this.routine.checked, object]);
