@@ -173,7 +173,8 @@ pub fn report_end(record: &Record, warn: Warnings) {
 /// Returns the settings of a recorded run. Fails if its scenario and its manifest contradict each other.
 pub fn settings_of(record: &Record) -> Result<Settings, Failure> {
     let path = record.dir().join("scenario.toml");
-    let settings = Settings::of_record(&path.display().to_string(), record.scenario_toml()).map_err(Failure::input)?;
+    let settings = Settings::of_record(&path.display().to_string(), record.scenario_toml(), record.target_names());
+    let settings = settings.map_err(Failure::input)?;
     let manifest = record.manifest();
     for (key, value, expected) in [
         ("duration_s", settings.duration.s(), manifest.duration_s),

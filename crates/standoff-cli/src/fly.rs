@@ -167,6 +167,7 @@ fn config(args: &Args, scenario: &Scenario) -> Result<Config, Failure> {
         altitude_m: args.altitude.unwrap_or_else(|| default_altitudes_m(&params, team.map(UavId))),
         params,
         geofence: scenario.settings.geofence.clone(),
+        areas: scenario.settings.priorities.areas.clone(),
         uav: UavId(args.uav),
         restart_count: args.restart_count,
         system_id: args.system_id,

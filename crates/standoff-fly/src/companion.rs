@@ -96,7 +96,7 @@ impl Companion {
         config.params.wind.get_or_insert_default();
         config.params.uav.bank.get_or_insert(BankParams { turn_factor: STOCK_TURN_FACTOR, ..BankParams::default() });
         let agent = Agent::new(config.uav, config.params)?.with_restart_count(config.restart_count);
-        let agent = agent.with_geofence(config.geofence.clone())?;
+        let agent = agent.with_geofence(config.geofence.clone())?.with_areas_of_interest(config.areas.clone())?;
         let straight = straight(&config.params);
         let mut companion = Self {
             agent,
@@ -357,6 +357,7 @@ impl Companion {
                 velocity: cue.velocity,
                 position_sd_m: cue.position_sd_m,
                 velocity_sd_m_s: cue.velocity_sd_m_s,
+                priority: cue.priority,
             });
             self.agent.receive(&observation, &cue);
             outgoing.teammates.extend(wire::encode(&cue));

@@ -1,6 +1,6 @@
 //! Settings of one companion computer.
 
-use standoff::{Geofence, TeamParams, UavId};
+use standoff::{AreaOfInterest, Geofence, TeamParams, UavId};
 use standoff_io::geodesy::LocalPlane;
 
 /// How the aircraft is steered.
@@ -20,6 +20,8 @@ pub struct Config {
     pub params: TeamParams,
     /// Zones of the team, the same on every aircraft.
     pub geofence: Geofence,
+    /// Areas of interest, the same on every aircraft.
+    pub areas: Vec<AreaOfInterest>,
     /// Id of this UAV in the team.
     pub uav: UavId,
     /// Restart count of this program.

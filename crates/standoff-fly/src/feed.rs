@@ -64,6 +64,8 @@ pub struct FeedCue {
     pub position_sd_m: f64,
     /// Standard deviation of the velocity per axis, m/s.
     pub velocity_sd_m_s: f64,
+    /// New priority of the target; `None`: unchanged.
+    pub priority: Option<f64>,
     /// Age of the position when the line was sent.
     pub age: Duration,
 }
@@ -103,6 +105,7 @@ struct CueLine {
     speed_m_s: f64,
     position_sd_m: f64,
     velocity_sd_m_s: f64,
+    priority: Option<f64>,
     #[serde(default)]
     age_s: f64,
 }
@@ -157,6 +160,7 @@ impl CueLine {
             velocity: Velocity::from_polar(speed_m_s, course),
             position_sd_m: in_range("cue.position_sd_m", self.position_sd_m, 0.1, 1e4)?,
             velocity_sd_m_s: in_range("cue.velocity_sd_m_s", self.velocity_sd_m_s, 0.01, 1e3)?,
+            priority: self.priority.map(|priority| in_range("cue.priority", priority, 0.01, 100.0)).transpose()?,
             age: age("cue.age_s", self.age_s)?,
         })
     }

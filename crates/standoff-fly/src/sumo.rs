@@ -135,6 +135,7 @@ impl Sumo {
                     velocity: target.velocity,
                     position_sd_m: CUE_SD[0],
                     velocity_sd_m_s: CUE_SD[1],
+                    priority: None,
                     age: Duration::from_us(0),
                 }));
             }

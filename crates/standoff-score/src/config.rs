@@ -1,6 +1,6 @@
 //! Scenario parameters that the scoring needs.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use standoff::guidance::orbit_motion::OrbitMotion;
@@ -8,7 +8,10 @@ use standoff::guidance::standoff_distance::Spread;
 use standoff::guidance::standoff_distance::StandoffDistance;
 use standoff::params::CentreEstimate;
 use standoff::params::MotionParams;
-use standoff::{Geofence, SensorParams, SeparationParams, TargetParams, TargetState, TeamParams, Velocity};
+use standoff::priority::priority_at;
+use standoff::{
+    AreaOfInterest, Geofence, Position, SensorParams, SeparationParams, TargetParams, TargetState, TeamParams, Velocity,
+};
 use standoff_record::{Frame, ReportedTables};
 
 use crate::buildings::Buildings;
@@ -30,6 +33,29 @@ pub struct CueError {
     pub position_sd_m: f64,
     /// Standard deviation of the velocity per axis, m/s.
     pub velocity_sd_m_s: f64,
+}
+
+/// Priorities of targets; 1 for all others.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Priorities {
+    /// By target id.
+    pub of_target: BTreeMap<u32, f64>,
+    /// Areas of interest.
+    pub areas: Vec<AreaOfInterest>,
+}
+
+impl Priorities {
+    /// True if no target differs from the others.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.of_target.is_empty() && self.areas.is_empty()
+    }
+
+    /// Returns the priority of a target at a position.
+    #[must_use]
+    pub fn at(&self, target: u32, at: Position) -> f64 {
+        priority_at(self.of_target.get(&target).copied().unwrap_or(1.0), at, &self.areas)
+    }
 }
 
 /// Scenario parameters that the scoring needs.
@@ -69,6 +95,8 @@ pub struct ScoreConfig {
     pub geofence: Geofence,
     /// Buildings that hide targets from the sensors.
     pub buildings: Buildings,
+    /// Priorities of targets, and areas of interest.
+    pub priorities: Arc<Priorities>,
     /// Parameters of the team, which determine the limits of the orbit radius and the altitudes of UAVs without a
     /// recorded one.
     pub team: TeamParams,
@@ -102,6 +130,7 @@ impl ScoreConfig {
             transient_s: 0.0,
             geofence: Geofence::default(),
             buildings: Buildings::default(),
+            priorities: Arc::default(),
             team: *team,
             faults_end_s: None,
             gospa_cutoff_m: 20.0,

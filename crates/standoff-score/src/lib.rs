@@ -42,7 +42,7 @@ use team_scorer::TeamScorer;
 
 pub use alarms::{Alarm, Alarms};
 pub use buildings::{BUILDING_HEIGHT_MAX_M, BUILDING_VERTICES_MAX, BUILDINGS_MAX, Building, Buildings};
-pub use config::{CueError, Noise, ScoreConfig};
+pub use config::{CueError, Noise, Priorities, ScoreConfig};
 pub use families::cramer_rao::Bound as PositionBound;
 pub use frame_metrics::{CustodyCounts, FrameScorer, FrameScores};
 pub use gaps::{Gap, GapCause, Gaps, View};

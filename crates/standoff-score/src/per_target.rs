@@ -5,6 +5,7 @@
 //! ones count, whatever fails.
 
 use serde::Serialize;
+use standoff::Position;
 
 use crate::by_id::ById;
 use crate::config::ScoreConfig;
@@ -29,6 +30,8 @@ pub(crate) struct Tally {
     /// Sum over these time steps: 1 if it is in custody; with several agents, the fraction of them that have it in a
     /// group.
     in_custody: f64,
+    /// The same for the time steps at which its priority is above 1: their number, and the sum.
+    priority_custody: Mean,
     in_view: u64,
     /// Consecutive time steps out of view. Time steps at which the target does not exist are skipped.
     gap: u64,
@@ -71,6 +74,9 @@ pub struct TargetScore {
     pub until_s: f64,
     /// True if the scenario gives the target manoeuvres in addition to the random motion of its model.
     pub manoeuvres: bool,
+    /// Its priority without areas of interest, if it is not 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub priority: Option<f64>,
     /// Fraction of its time in custody (in a group and in view), 0 to 1.
     pub custody_fraction: Option<f64>,
     /// Fraction of its time in some UAV's view, 0 to 1.
@@ -99,7 +105,11 @@ impl PerTarget {
             });
             tally.until_us = step.frame.time_us;
             if !is_cue {
-                tally.coverage(is_seen, is_member, step.grouped.fraction(truth, track));
+                let grouped = step.grouped.fraction(truth, track);
+                tally.coverage(is_seen, is_member, grouped);
+                if config.priorities.at(truth.target, Position::from_m(truth.x_m, truth.y_m)) > 1.0 {
+                    tally.priority_custody.add(if is_seen { grouped } else { 0.0 });
+                }
             }
             // A target that is in a group when it is cued is that group's responsibility immediately.
             if is_member && !is_first_cue {
@@ -150,6 +160,7 @@ impl PerTarget {
             target,
             until_s: tally.until_us as f64 / 1e6,
             manoeuvres: config.manoeuvring.contains(&target),
+            priority: config.priorities.of_target.get(&target).copied().filter(|priority| *priority != 1.0),
             custody_fraction: tally.in_custody().value().filter(|_| of_members),
             in_view_fraction: tally.in_view().value(),
             longest_out_of_view_s: (tally.steps > 0).then_some(tally.longest_gap as f64 * config.period_s),
@@ -163,6 +174,11 @@ impl Tally {
     /// Time steps in custody, of those at which the target existed.
     pub(crate) fn in_custody(&self) -> Mean {
         Mean { sum: self.in_custody, n: self.steps }
+    }
+
+    /// Time steps in custody, of those at which its priority is above 1.
+    pub(crate) fn in_custody_by_priority(&self) -> Mean {
+        self.priority_custody
     }
 
     /// Time steps in view, of those at which the target existed.

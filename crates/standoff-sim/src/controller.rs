@@ -4,8 +4,8 @@
 //! `docs/user/controllers.md` explains how to write a controller; `examples/follower.rs` is its example.
 
 use standoff::{
-    Agent, AgentOutput, AirVelocity, Command, Geofence, Message, Observation, ParamError, Scan, TeamAgent, TeamParams,
-    Time, UavId, UavState,
+    Agent, AgentOutput, AirVelocity, AreaOfInterest, Command, Geofence, Message, Observation, ParamError, Scan,
+    TeamAgent, TeamParams, Time, UavId, UavState,
 };
 
 use crate::scenario::AgentSetup;
@@ -109,13 +109,15 @@ pub fn team_controller(
     setup: AgentSetup,
     team: TeamParams,
     geofence: Geofence,
+    areas: Vec<AreaOfInterest>,
     uavs: usize,
 ) -> Result<Box<dyn Controller + Send>, Vec<ParamError>> {
     Ok(match setup {
         AgentSetup::Shared => {
-            Box::new(SharedAgent { fleet: TeamAgent::new(team)?.with_geofence(geofence)?, observed: Vec::new() })
+            let fleet = TeamAgent::new(team)?.with_geofence(geofence)?.with_areas_of_interest(areas)?;
+            Box::new(SharedAgent { fleet, observed: Vec::new() })
         }
-        AgentSetup::PerUav => Box::new(AgentPerUav::new(team, geofence, uavs)?),
+        AgentSetup::PerUav => Box::new(AgentPerUav::new(team, geofence, areas, uavs)?),
     })
 }
 
@@ -182,6 +184,7 @@ impl Controller for SharedAgent {
 struct AgentPerUav {
     team: TeamParams,
     geofence: Geofence,
+    areas: Vec<AreaOfInterest>,
     agents: Vec<Agent>,
     observed: Observed,
     /// UAVs that have observed in this time step, ascending.
@@ -193,7 +196,7 @@ struct AgentPerUav {
 impl Controller for AgentPerUav {
     fn restart(&mut self, uav: UavId, restart_count: u32) {
         // The parameters were valid when the first agent was created.
-        let new = Agent::new(uav, self.team).and_then(|agent| agent.with_geofence(self.geofence.clone()));
+        let new = Self::agent(uav, self.team, &self.geofence, &self.areas);
         if let (Some(agent), Ok(new)) = (self.agents.get_mut(uav.0 as usize), new) {
             *agent = new.with_restart_count(restart_count);
         }
@@ -248,10 +251,24 @@ impl Controller for AgentPerUav {
 }
 
 impl AgentPerUav {
-    fn new(team: TeamParams, geofence: Geofence, uavs: usize) -> Result<Self, Vec<ParamError>> {
-        let agent = |uav| Agent::new(uav, team)?.with_geofence(geofence.clone());
+    fn new(
+        team: TeamParams,
+        geofence: Geofence,
+        areas: Vec<AreaOfInterest>,
+        uavs: usize,
+    ) -> Result<Self, Vec<ParamError>> {
+        let agent = |uav| Self::agent(uav, team, &geofence, &areas);
         let agents = (0..).map(UavId).take(uavs).map(agent).collect::<Result<_, _>>()?;
-        Ok(Self { team, geofence, agents, observed: Vec::new(), awake: Vec::new(), is_decided: true })
+        Ok(Self { team, geofence, areas, agents, observed: Vec::new(), awake: Vec::new(), is_decided: true })
+    }
+
+    fn agent(
+        uav: UavId,
+        team: TeamParams,
+        geofence: &Geofence,
+        areas: &[AreaOfInterest],
+    ) -> Result<Agent, Vec<ParamError>> {
+        Agent::new(uav, team)?.with_geofence(geofence.clone())?.with_areas_of_interest(areas.to_vec())
     }
 
     /// Agents of the UAVs whose computer is on, ascending.

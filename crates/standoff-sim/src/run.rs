@@ -7,8 +7,8 @@
 use standoff::grid::Grid;
 use standoff::uav::AutopilotModel;
 use standoff::{
-    AgentOutput, AirVelocity, Angle, Command, DesiredPath, Message, ParamError, PointingTarget, Position, Scan, Time,
-    UavId, UavState, Velocity, Wind,
+    AgentOutput, AirVelocity, Angle, Command, Cue, DesiredPath, Message, ParamError, PointingTarget, Position, Scan,
+    Time, UavId, UavState, Velocity, Wind,
 };
 use standoff_record::agent_rows::{self, AirState, AvoidanceEvents, RetransmissionEvents};
 use standoff_record::{Frame, ReportedTables};
@@ -153,8 +153,9 @@ impl Mission {
     /// Creates a mission at its start, flown by the built-in agents. Returns all parameters that are out of range,
     /// including those out of range at this period.
     pub fn new(scenario: &Scenario) -> Result<Self, Vec<ParamError>> {
-        let (Settings { agents, team, geofence, .. }, uavs) = (&scenario.settings, scenario.uavs.len());
-        let controller = controller::team_controller(*agents, *team, geofence.clone(), uavs)?;
+        let (Settings { agents, team, geofence, priorities, .. }, uavs) = (&scenario.settings, scenario.uavs.len());
+        let areas = priorities.areas.clone();
+        let controller = controller::team_controller(*agents, *team, geofence.clone(), areas, uavs)?;
         Ok(Self { is_third_party: false, ..Self::with_controller(scenario, controller)? })
     }
 }
@@ -386,8 +387,9 @@ impl<B: Controller> Mission<B> {
                 cued.resize(index + 1, false);
             }
             if !std::mem::replace(&mut cued[index], true) {
-                let cue = Message::Cue(sensors::cue(target, now, settings.cue, settings.sensor.has_labels, self.draws));
-                radio.cue(target.target.0, cue);
+                let cue = sensors::cue(target, now, settings.cue, settings.sensor.has_labels, self.draws);
+                let priority = settings.priorities.of_target.get(&target.target.0).copied();
+                radio.cue(target.target.0, Message::Cue(Cue { priority, ..cue }));
             }
         }
         intruders.reports(now).for_each(|(aircraft, message)| radio.traffic(aircraft, message));

@@ -18,6 +18,7 @@ mod number;
 mod parameters;
 mod parse;
 mod polygons;
+mod priorities;
 mod resolve;
 mod resolved;
 mod sample;
@@ -123,6 +124,7 @@ impl ScenarioTemplate {
                 let origin = traffic.as_ref().and_then(|traffic| traffic.origin);
                 geofence::spell_out(&mut typed, traffic.as_deref())?;
                 buildings::spell_out(&mut typed, origin)?;
+                priorities::spell_out(&mut typed, traffic.as_deref())?;
                 if typed.problems.is_empty() {
                     return Ok(Self { typed, traffic });
                 }
@@ -177,9 +179,9 @@ impl ScenarioTemplate {
 }
 
 impl Settings {
-    /// Returns the settings of a resolved scenario as stored in a record; `label` names it in messages. No traffic file
-    /// is needed.
-    pub fn of_record(label: &str, resolved: &str) -> Result<Self, ScenarioError> {
-        resolve::settings_of_record(&load::Typed::of_text(label, resolved)?)
+    /// Returns the settings of a resolved scenario as stored in a record; `label` names it in messages, `target_names`
+    /// are those of the record. No traffic file is needed.
+    pub fn of_record(label: &str, resolved: &str, target_names: &[String]) -> Result<Self, ScenarioError> {
+        resolve::settings_of_record(&load::Typed::of_text(label, resolved)?, target_names)
     }
 }

@@ -169,6 +169,7 @@ pub fn cue(target: &Truth, now: Time, error: CueError, has_labels: bool, draws: 
         velocity: Velocity::from_m_s(velocity.x_m_s() + vx, velocity.y_m_s() + vy),
         position_sd_m: error.position_sd_m,
         velocity_sd_m_s: error.velocity_sd_m_s,
+        priority: None,
     }
 }
 

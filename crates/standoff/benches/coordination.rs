@@ -26,8 +26,11 @@ fn assignment(c: &mut Criterion) {
             .map(|(group, centre)| spread(centre, (targets + group) / groups, 150.0))
             .collect();
         assert_eq!(members.iter().map(Vec::len).sum::<usize>(), targets as usize);
-        let sites: Vec<CandidateGroup<'_>> =
-            (0..).map(GroupId).zip(&members).map(|(group, members)| CandidateGroup { group, members }).collect();
+        let sites: Vec<CandidateGroup<'_>> = (0..)
+            .map(GroupId)
+            .zip(&members)
+            .map(|(group, members)| CandidateGroup { group, members, priorities: &[] })
+            .collect();
         let name = format!("assign: {uavs} UAVs, {groups} groups, {targets} targets");
         c.bench_function(&name, |b| b.iter(|| assign(black_box(&team), &sites, &sensor, Objective::LogDet, 0.5)));
         if uavs <= 8 {

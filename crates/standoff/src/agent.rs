@@ -13,6 +13,7 @@ use crate::message_log::{Replica, TeammateStatus};
 use crate::output::{AgentOutput, Observation, count};
 use crate::params::TeamParams;
 use crate::pilot::Pilot;
+use crate::priority::AreaOfInterest;
 use crate::safety::geofence::Geofence;
 use crate::safety::team_geofence::TeamGeofence;
 use crate::state_update::TeamStateUpdater;
@@ -52,6 +53,7 @@ use crate::wind::AirVelocity;
 ///     velocity: Velocity::from_m_s(5.0, 0.0),
 ///     position_sd_m: 20.0,
 ///     velocity_sd_m_s: 2.0,
+///     priority: None,
 /// });
 /// let observation = agent.observe(Time::EPOCH, &own, Some(Scan::default()));
 /// assert_eq!(agent.outbox(&observation).len(), 1);
@@ -116,6 +118,13 @@ impl Agent {
     /// or so small that the UAV cannot circle in it.
     pub fn with_geofence(self, geofence: Geofence) -> Result<Self, Vec<ParamError>> {
         Ok(Self { replica: self.replica.with_geofence(geofence)?, ..self })
+    }
+
+    /// Adds areas of interest. Call it before the first time step. All agents of a team need the same areas in the same
+    /// order, because groups and assignments depend on them. Fails if a priority is out of range.
+    pub fn with_areas_of_interest(mut self, areas: Vec<AreaOfInterest>) -> Result<Self, Vec<ParamError>> {
+        self.replica.history.updater.set_areas_of_interest(areas)?;
+        Ok(self)
     }
 
     /// Replaces the zones that bind the commands of this UAV: those of the team and its own, such as the fence of its

@@ -37,6 +37,7 @@ pub mod message_log;
 pub mod output;
 pub mod params;
 mod pilot;
+pub mod priority;
 pub mod safety;
 pub mod sensor;
 mod state_update;
@@ -77,6 +78,7 @@ pub use params::{
     ParamValue, SensorParams, SeparationParams, StandoffParams, TargetParams, TeamParams, TrackParams, UavParams,
     WindParams,
 };
+pub use priority::AreaOfInterest;
 pub use safety::geofence::{Geofence, GeofenceError, Zone, ZoneKind};
 pub use safety::separation::Avoidance;
 pub use sensor::RangeBearingMeasurement;

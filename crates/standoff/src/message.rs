@@ -10,6 +10,7 @@
 use crate::angle::Angle;
 use crate::frame::{FARTHEST_M, FASTEST_M_S, FASTEST_RAD_S, Position, Velocity};
 use crate::group_id::GroupId;
+use crate::priority::PRIORITY;
 use crate::sensor::RangeBearingMeasurement;
 use crate::time::Time;
 use crate::uav::{Aircraft, Command, UavId, UavState};
@@ -266,6 +267,8 @@ pub struct Cue {
     pub position_sd_m: f64,
     /// Standard deviation of the velocity per axis, m/s; above 0.
     pub velocity_sd_m_s: f64,
+    /// New priority of the target, in the range [`PRIORITY`]; `None`: it keeps its priority, which is 1 at first.
+    pub priority: Option<f64>,
 }
 
 #[cfg(test)]
@@ -282,6 +285,7 @@ impl Cue {
             velocity: Velocity::ZERO,
             position_sd_m: 20.0,
             velocity_sd_m_s: 2.0,
+            priority: None,
         }
     }
 }
@@ -381,18 +385,22 @@ impl Message {
     /// | for each range of received entries | + 13 |
     /// | with a snapshot request | + 29 |
     /// | cue; without label | 79; 75 |
+    /// | with a priority | + 9 |
     /// | part of a snapshot with n bytes of the team state | 39 + n |
     /// | traffic; with altitude and rate of climb | 60; 76 |
     pub fn size_bytes(&self) -> usize {
         match self {
             Self::Report(report) => Self::report_size_bytes(report, report.log_status.as_deref()),
-            Self::Cue(cue) => Self::CUE_SIZE_BYTES - if cue.label.is_none() { 4 } else { 0 },
+            Self::Cue(cue) => Self::cue_size_bytes(cue) - if cue.label.is_none() { 4 } else { 0 },
             Self::Snapshot(part) => 39 + part.bytes.len(),
             Self::Traffic(traffic) => 60 + vertical_size_bytes(&traffic.state),
         }
     }
 
-    pub(crate) const CUE_SIZE_BYTES: usize = 79;
+    /// Size of a cue with a label, bytes.
+    pub(crate) fn cue_size_bytes(cue: &Cue) -> usize {
+        79 + cue.priority.map_or(0, |_| 9)
+    }
 
     /// Size of a report with or without a log status, bytes.
     pub(crate) fn report_size_bytes(report: &Report, status: Option<&LogStatus>) -> usize {
@@ -424,6 +432,7 @@ impl Cue {
             && self.velocity.is_within(FASTEST_M_S)
             && up_to(FARTHEST_M, self.position_sd_m)
             && up_to(FASTEST_M_S, self.velocity_sd_m_s)
+            && self.priority.is_none_or(|priority| PRIORITY.contains(priority))
     }
 }
 

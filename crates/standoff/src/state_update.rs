@@ -20,6 +20,7 @@ use crate::coordination::memberships::GroupIndex;
 use crate::grid::Grid;
 use crate::message::TARGETS_MAX;
 use crate::params::TeamParams;
+use crate::priority::{AreaOfInterest, PRIORITY};
 use crate::safety::fallback::FallbackModel;
 use crate::safety::geofence::Geofence;
 use crate::safety::team_geofence::TeamGeofence;
@@ -47,6 +48,8 @@ pub(crate) struct TeamStateUpdater {
     pub(crate) assignment: Option<Arc<dyn AssignmentLaw>>,
     /// Geofence; `None` without zones.
     geofence: Option<TeamGeofence>,
+    /// Areas of interest.
+    areas: Vec<AreaOfInterest>,
     /// Fallbacks of UAVs that no zone binds; `None` without collision avoidance.
     pub(crate) fallbacks: Option<FallbackModel>,
 }
@@ -93,12 +96,29 @@ impl TeamStateUpdater {
             buffers: Buffers::default(),
             assignment: None,
             geofence: None,
+            areas: Vec::new(),
         })
     }
 
     /// Adds a geofence. Fails if a UAV cannot circle in it.
     pub(crate) fn with_geofence_zones(self, geofence: Geofence) -> Result<Self, Vec<ParamError>> {
         Ok(Self { geofence: TeamGeofence::new(geofence, &self.params)?, ..self })
+    }
+
+    /// Replaces the areas of interest. Fails if a priority is out of range.
+    pub(crate) fn set_areas_of_interest(&mut self, areas: Vec<AreaOfInterest>) -> Result<(), Vec<ParamError>> {
+        let outside = areas.iter().enumerate().filter(|(_, area)| !PRIORITY.contains(area.priority));
+        let error = |(index, area): (usize, &AreaOfInterest)| ParamError {
+            path: format!("areas[{index}].priority"),
+            value: area.priority,
+            allowed: PRIORITY,
+        };
+        let errors: Vec<ParamError> = outside.map(error).collect();
+        if !errors.is_empty() {
+            return Err(errors);
+        }
+        self.areas = areas;
+        Ok(())
     }
 
     /// Geofence safety function of a UAV in a state, in the wind that it assumes; `None` if no zone binds it. `own_zones`
@@ -148,7 +168,7 @@ impl TeamStateUpdater {
         if dt != self.transition.dt {
             self.transition = self.params.track.transition(dt);
         }
-        let Self { params, transition, tracker, buffers, assignment, geofence, fallbacks: _ } = self;
+        let Self { params, transition, tracker, buffers, assignment, geofence, areas, fallbacks: _ } = self;
         let input = StepInput {
             now: messages.time,
             messages,
@@ -162,6 +182,7 @@ impl TeamStateUpdater {
         buffers.newcomers.clear();
         buffers.newcomers.extend(newcomers.map(|teammate| teammate.uav));
         next.update_tracks(previous, &input, params, tracker, buffers);
+        next.memberships.update_priorities(areas);
         (next.implausible, next.gated) = (buffers.implausible.len() as u32 + tracker.log.rejected, tracker.gated());
 
         buffers.members_before.copy(next.memberships.index());

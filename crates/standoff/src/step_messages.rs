@@ -241,8 +241,9 @@ fn copy_valid(detections: &[Detection], range_max_m: f64, kept: &mut Vec<Detecti
 /// that all agents share.
 fn counting_order(cue: &Cue, other: &Cue) -> Ordering {
     let numbers = |cue: &Cue| {
-        let Cue { position, velocity, position_sd_m, velocity_sd_m_s, .. } = *cue;
-        [position_sd_m, velocity_sd_m_s, position.x_m(), position.y_m(), velocity.x_m_s(), velocity.y_m_s()]
+        let Cue { position, velocity, position_sd_m, velocity_sd_m_s, priority, .. } = *cue;
+        let [x_m, y_m, vx_m_s, vy_m_s] = [position.x_m(), position.y_m(), velocity.x_m_s(), velocity.y_m_s()];
+        [position_sd_m, velocity_sd_m_s, x_m, y_m, vx_m_s, vy_m_s, priority.unwrap_or(0.0)]
     };
     let mut pairs = numbers(cue).into_iter().zip(numbers(other));
     let by_numbers = pairs.find_map(|(a, b)| Some(a.total_cmp(&b)).filter(|order| order.is_ne()));
@@ -454,6 +455,7 @@ mod tests {
             velocity: Velocity::ZERO,
             position_sd_m: 20.0,
             velocity_sd_m_s: 3.0,
+            priority: None,
         }
     }
 

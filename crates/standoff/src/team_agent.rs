@@ -10,6 +10,7 @@ use crate::message::{Message, Scan};
 use crate::output::{AgentOutput, Observation, Rejected, count};
 use crate::params::TeamParams;
 use crate::pilot::Pilot;
+use crate::priority::AreaOfInterest;
 use crate::safety::geofence::Geofence;
 use crate::state_update::TeamStateUpdater;
 use crate::step_messages::{Insert, ReportView, StepMessages};
@@ -87,6 +88,12 @@ impl TeamAgent {
     /// cannot circle in it.
     pub fn with_geofence(self, geofence: Geofence) -> Result<Self, Vec<ParamError>> {
         Ok(Self { updater: self.updater.with_geofence_zones(geofence)?, ..self })
+    }
+
+    /// Adds areas of interest. Fails if a priority is out of range.
+    pub fn with_areas_of_interest(mut self, areas: Vec<AreaOfInterest>) -> Result<Self, Vec<ParamError>> {
+        self.updater.set_areas_of_interest(areas)?;
+        Ok(self)
     }
 
     /// First half of a time step: takes a UAV's state and the scan of its sensor, which all agents receive. It works

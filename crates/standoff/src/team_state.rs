@@ -116,7 +116,12 @@ impl TeamState {
 
     /// 64-bit digest of the state. States with equal digests evolve equally.
     pub fn digest(&self) -> u64 {
-        if self.unlabelled.is_empty() { digest(self) } else { digest(&(self, &self.unlabelled)) }
+        let priorities = self.memberships.own_priorities();
+        match (self.unlabelled.is_empty(), priorities.is_empty()) {
+            (true, true) => digest(self),
+            (false, true) => digest(&(self, &self.unlabelled)),
+            (_, false) => digest(&(self, &self.unlabelled, priorities)),
+        }
     }
 
     /// Validates a state received from another agent and restores the fields that are not serialised. Returns `false`

@@ -10,6 +10,8 @@
 //! kind 4, cue without label
 //!                    source u16, sequence u16, cue_content
 //! kind 2, snapshot   uav u16, start i64, commit_digest, index u16, count u16, bytes [u8]
+//! kind 5, cue with priority
+//!                    priority f64, has_label u8, source u16, sequence u16, label u32?, cue_content
 //! kind 3, traffic    aircraft u32, time i64, state, has_vertical u8, vertical?
 //!
 //! cue_content        issued_at i64, time i64, x f64, y f64, velocity_x f64, velocity_y f64, position_sd f64,
@@ -61,7 +63,7 @@ use crate::time::Time;
 use crate::uav::{Aircraft, Command, UavId, UavState, Vertical};
 
 /// Version of the encoding. It changes with every change of the layout; a decoder accepts only its own version.
-const VERSION: u8 = 4;
+const VERSION: u8 = 5;
 
 /// First byte of every message.
 const FORMAT: u8 = b's';
@@ -98,7 +100,7 @@ pub enum DecodeError {
     #[error("wrong checksum: the message is damaged")]
     Checksum,
     /// Undefined kind of message.
-    #[error("kind of message {0}: must be at most 4")]
+    #[error("kind of message {0}: must be at most 5")]
     Kind(u8),
     /// Flags that are undefined.
     #[error("flags {0}: undefined")]
@@ -124,6 +126,7 @@ pub fn encode(message: &Message) -> Result<Vec<u8>, EncodeError> {
     bytes.extend([FORMAT, VERSION]);
     match message {
         Message::Report(report) => put_kind(0, report, &mut bytes),
+        Message::Cue(cue) if cue.priority.is_some() => put_kind(5, &PrioritisedCue(*cue), &mut bytes),
         Message::Cue(cue) if cue.label.is_none() => put_kind(4, &UnlabelledCue(*cue), &mut bytes),
         Message::Cue(cue) => put_kind(1, cue, &mut bytes),
         Message::Snapshot(part) => put_kind(2, part, &mut bytes),
@@ -152,6 +155,7 @@ pub fn decode(bytes: &[u8]) -> Result<Message, DecodeError> {
         2 => Message::Snapshot(Wire::take(&mut from)?),
         3 => Message::Traffic(Wire::take(&mut from)?),
         4 => Message::Cue(UnlabelledCue::take(&mut from)?.0),
+        5 => Message::Cue(PrioritisedCue::take(&mut from)?.0),
         kind => return Err(DecodeError::Kind(kind)),
     };
     if from.is_empty() { Ok(message) } else { Err(DecodeError::Trailing(from.len())) }
@@ -198,6 +202,9 @@ numbers!(u8, u16, u32, u64, i64, f32, f64);
 
 /// A cue without label.
 struct UnlabelledCue(Cue);
+
+/// A cue with a priority.
+struct PrioritisedCue(Cue);
 
 /// Id of a UAV or cue source, in two bytes.
 struct Id(u32);
@@ -393,6 +400,19 @@ impl Wire for UnlabelledCue {
     }
 }
 
+impl Wire for PrioritisedCue {
+    fn put(&self, to: &mut Vec<u8>) -> Result<(), EncodeError> {
+        (self.0.priority.unwrap_or(1.0), [self.0.label.is_some()]).put(to)?;
+        if self.0.label.is_some() { self.0.put(to) } else { UnlabelledCue(self.0).put(to) }
+    }
+
+    fn take(from: &mut &[u8]) -> Result<Self, DecodeError> {
+        let (priority, [has_label]) = Wire::take(from)?;
+        let cue = if has_label { Cue::take(from)? } else { UnlabelledCue::take(from)?.0 };
+        Ok(Self(Cue { priority: Some(priority), ..cue }))
+    }
+}
+
 impl Cue {
     fn put_content(&self, to: &mut Vec<u8>) -> Result<(), EncodeError> {
         let Self { issued_at, time, position, velocity, position_sd_m, velocity_sd_m_s, .. } = *self;
@@ -406,7 +426,19 @@ impl Cue {
         from: &mut &[u8],
     ) -> Result<Self, DecodeError> {
         let ((issued_at, time), ((position, velocity), (position_sd_m, velocity_sd_m_s))) = Wire::take(from)?;
-        Ok(Self { source, issued_at, sequence, label, time, position, velocity, position_sd_m, velocity_sd_m_s })
+        let priority = None;
+        Ok(Self {
+            source,
+            issued_at,
+            sequence,
+            label,
+            time,
+            position,
+            velocity,
+            position_sd_m,
+            velocity_sd_m_s,
+            priority,
+        })
     }
 }
 

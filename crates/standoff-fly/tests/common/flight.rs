@@ -34,6 +34,7 @@ pub(crate) fn config() -> Config {
     Config {
         params: params(),
         geofence: Geofence::default(),
+        areas: Vec::new(),
         uav: UavId(0),
         restart_count: 0,
         system_id: 1,

@@ -256,6 +256,8 @@ pub(crate) struct ReceivedCue {
     position_sd_m: f64,
     /// Standard deviation of the velocity per axis, m/s.
     velocity_sd_m_s: f64,
+    /// New priority of the target; ``None``: unchanged.
+    priority: Option<f64>,
 }
 
 impl ReceivedCue {
@@ -268,6 +270,7 @@ impl ReceivedCue {
             vy_m_s: cue.velocity.y_m_s(),
             position_sd_m: cue.position_sd_m,
             velocity_sd_m_s: cue.velocity_sd_m_s,
+            priority: cue.priority,
         }
     }
 }

@@ -20,6 +20,14 @@ impl Family for Custody {
         of_all_agents(metric("custody_fraction", "target time in custody", SMALL, 0.01, BOTH, |_, run| {
             run.targets.total(Tally::in_custody).value()
         })),
+        of_all_agents(metric(
+            "priority_custody_fraction",
+            "time of targets of priority above 1 in custody",
+            SMALL,
+            0.01,
+            BOTH,
+            |_, run| run.targets.total(Tally::in_custody_by_priority).value(),
+        )),
         metric("in_view_fraction", "target time in view of a UAV", SMALL, 0.01, NOTHING, |_, run| {
             run.targets.total(Tally::in_view).value()
         }),

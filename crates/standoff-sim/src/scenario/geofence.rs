@@ -14,7 +14,7 @@ use standoff_io::bounded_input;
 use standoff_io::display_text::quoted;
 use toml::Value;
 
-use super::diagnostics::Problems;
+use super::diagnostics::{self, Problems};
 use super::dotted::value_at;
 use super::earth::Earth;
 use super::error::ScenarioError;
@@ -145,6 +145,20 @@ pub(super) fn geofence(zones: &[schema_types::Zone], problems: &mut Problems) ->
         problems.add("geofence", error.to_string(), None);
         Geofence::default()
     })
+}
+
+/// Returns the vertices of an area of interest, which follows the rules of a zone; `None` if it has problems at `key`.
+pub(super) fn area(table: &schema_types::Priority, key: &str, problems: &mut Problems) -> Option<Vec<Position>> {
+    let &schema_types::Priority { x_m, y_m, radius_m, .. } = table;
+    let vertices = table.vertices.clone();
+    let zone = schema_types::Zone { kind: ZoneKind::KeepIn, x_m, y_m, radius_m, vertices, ..Default::default() };
+    let mut of_zone = Problems::default();
+    let zone = checked(0, &zone, &mut of_zone);
+    let is_valid = of_zone.found.is_empty();
+    for diagnostics::Found { key: of_zone, what, number } in of_zone.found {
+        problems.add(of_zone.replacen("geofence.0", key, 1), what, number);
+    }
+    zone.filter(|_| is_valid).map(|zone| zone.vertices)
 }
 
 /// Returns a zone; `None` if it has problems.

@@ -285,6 +285,7 @@ impl Origin {
             table.remove("basemap");
             // So do the buildings.
             table.remove("world");
+            table.remove("priorities");
             // The size of the scenario's ring has no meaning for other targets.
             take_out(table, "uavs.start_ring");
             take_out(table, "uavs.start");

@@ -18,7 +18,7 @@ use super::schema_types::{self, AgentSetup, Labels, Scatter, ScenarioFile, Speed
 use super::traffic::{absence_warning, check_span, length_warning};
 use super::validate::{check_objects, check_settings, report};
 use super::warnings::warnings;
-use super::{basemap, buildings, geofence, start};
+use super::{basemap, buildings, geofence, priorities, start};
 use crate::gusts::GustModel;
 use crate::navigation::NavigationModel;
 use crate::random::{Draws, Stream};
@@ -84,6 +84,8 @@ pub(super) fn checked(
     let mut settings = settings(&file);
     settings.geofence = geofence::geofence(&file.geofence, &mut problems);
     settings.buildings = buildings::buildings(file.world.as_ref(), &mut problems);
+    let names = priorities::target_names(&file, traffic);
+    settings.priorities = Arc::new(priorities::priorities(&file.priorities, &names, &mut problems));
     if file.needs_an_agent_per_uav() {
         settings.team.link = standoff::LinkModel::Lossy;
     }
@@ -108,7 +110,7 @@ pub(super) fn checked(
 }
 
 /// Returns the settings of a resolved scenario, whatever version flew it, so that old records stay readable.
-pub(super) fn settings_of_record(typed: &Typed) -> Result<Settings, ScenarioError> {
+pub(super) fn settings_of_record(typed: &Typed, target_names: &[String]) -> Result<Settings, ScenarioError> {
     let (mut file, mut problems) = typed.drawn(Draws::new(0))?;
     fill_in(&mut file, None);
     // The starts of UAVs and intruders do not matter here: a ring about distant targets can exceed the range of typed
@@ -117,6 +119,7 @@ pub(super) fn settings_of_record(typed: &Typed) -> Result<Settings, ScenarioErro
     let mut settings = settings(&file);
     settings.geofence = geofence::geofence(&file.geofence, &mut problems);
     settings.buildings = buildings::buildings(file.world.as_ref(), &mut problems);
+    settings.priorities = Arc::new(priorities::priorities(&file.priorities, target_names, &mut problems));
     check_settings(&file, &settings.team, Vec::new(), &mut problems);
     report(problems, typed, 0)?;
     Ok(settings)
@@ -148,6 +151,7 @@ fn settings(file: &ScenarioFile) -> Settings {
         team,
         geofence: standoff::Geofence::default(),
         buildings: Buildings::default(),
+        priorities: Arc::default(),
         agents: file.team.agents,
         sensor: SensorModel {
             has_labels: sensor.labels == Labels::All,

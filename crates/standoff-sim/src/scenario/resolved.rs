@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use standoff::{Duration, Geofence, SensorParams, TargetParams, TargetState, TeamParams, UavId, UavState};
 use standoff_io::geodesy::{Origin, Unit};
-use standoff_score::{Buildings, CueError, Noise, ScoreConfig};
+use standoff_score::{Buildings, CueError, Noise, Priorities, ScoreConfig};
 
 use super::basemap::MapFile;
 use super::schema_types::{AgentSetup, Clock, Manoeuvre, Outage, Radio, Restart, ScenarioFile};
@@ -78,6 +78,8 @@ pub struct Settings {
     pub geofence: Geofence,
     /// Buildings that hide targets from the sensors.
     pub buildings: Buildings,
+    /// Priorities of targets, and areas of interest.
+    pub priorities: Arc<Priorities>,
     /// One agent for the team, or one per UAV.
     pub agents: AgentSetup,
     /// What the sensors detect and report.
@@ -120,6 +122,7 @@ impl Settings {
             gospa_cutoff_m: self.gospa_cutoff_m,
             geofence: self.geofence.clone(),
             buildings: self.buildings.clone(),
+            priorities: Arc::clone(&self.priorities),
             faults_end_s: self.faults_end_s,
             ..ScoreConfig::new(&self.team, self.period.s())
         }

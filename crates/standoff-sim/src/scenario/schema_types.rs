@@ -12,6 +12,7 @@ use std::slice;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize, Serializer};
+use standoff::priority::PRIORITY;
 use standoff::safety::geofence::ZONE_ALTITUDE_MAX_M;
 use standoff::validation::Allowed;
 use standoff::{Agent, ParamValue, UavId};
@@ -166,6 +167,10 @@ tables! {
         targets: Option<Targets>;
         /// Targets from a traffic file, instead of `[targets]`.
         traffic: Option<Traffic>;
+        /// Targets and areas that matter more or less than others. If absent: all targets have the priority 1, or that
+        /// of the traffic file.
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        priorities: Vec<Priority>;
         /// Parameters of the library, whose keys are in several tables.
         #[serde(skip)]
         parameters: Parameters;
@@ -562,6 +567,27 @@ tables! {
         ax_m_s2 = 0.0, ACCELERATION_M_S2;
         /// Acceleration north, m/s2; -100 to 100.
         ay_m_s2 = 0.0, ACCELERATION_M_S2;
+    }
+
+    /// `[[priorities]]`: a priority, and the targets that have it, by name or by an area around them. A target of
+    /// priority 5 counts as much as five targets of priority 1. Of several areas, the highest priority counts.
+    table Priority optional {
+        /// Priority, required; 0.01 to 100.
+        priority: PRIORITY;
+        /// Centre of a circle, east, m; -1e7 to 1e7; with `radius_m`.
+        x_m: PLACE_M;
+        /// Centre of a circle, north, m; -1e7 to 1e7.
+        y_m: PLACE_M;
+        /// Radius of a circle, m; 1 to 1e6.
+        radius_m: Allowed::at_least(1.0).at_most(1e6);
+    } others {
+        /// Names of targets: those of the traffic file, or `target-0`, `target-1`, ...
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        targets: Vec<String>;
+        /// Corners of an area in order, `[east, north]`, m.
+        #[serde(serialize_with = "lists_as_typed", skip_serializing_if = "Vec::is_empty")]
+        #[schemars(with = "Vec<Vec<Number>>")]
+        vertices: Vec<Vec<f64>>;
     }
 
     /// `[traffic]`: targets from a traffic file.

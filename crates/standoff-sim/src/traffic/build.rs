@@ -31,6 +31,8 @@ pub(super) struct Builder {
     alike: Vec<[String; 2]>,
     /// Times of the samples that begin a new segment of a track, by vehicle, microseconds.
     breaks_us: BTreeMap<String, Vec<i64>>,
+    /// Highest priority of each vehicle that has any.
+    priorities: BTreeMap<String, f64>,
     first: Option<Sample>,
     /// Number of samples.
     samples: usize,
@@ -77,6 +79,16 @@ impl Builder {
     /// Returns the unit of x and y as far as the motion of the vehicles determines it.
     pub(super) fn shows(&self) -> Option<Unit> {
         unit_detection::shows(self.vehicles.values())
+    }
+
+    /// Sets the priority of a vehicle; of several, the highest counts.
+    pub(super) fn set_priority(&mut self, name: &str, priority: f64) {
+        match self.priorities.get_mut(name) {
+            Some(known) => *known = known.max(priority),
+            None => {
+                self.priorities.insert(name.to_owned(), priority);
+            }
+        }
     }
 
     /// Counts a sample without a position.
@@ -249,7 +261,10 @@ impl Builder {
             .vehicles
             .into_iter()
             .zip(gaps)
-            .map(|((name, samples), gaps)| Vehicle::new(name, samples, gaps))
+            .map(|((name, samples), gaps)| {
+                let priority = self.priorities.get(&name).copied();
+                Vehicle::new(name, priority, samples, gaps)
+            })
             .collect();
         // The map yields the vehicles by name, and the sort is stable.
         vehicles.sort_by_key(Vehicle::first_us);

@@ -43,6 +43,8 @@ const Y: &[&str] = &["y_m", "y_north_m", "y", "north_m", "vehicle_y", "person_y"
 /// Number of columns at the end of `X` and `Y` that only SUMO writes. It names all columns after the element of the first
 /// row, which may be a person.
 const OF_SUMO: usize = 3;
+/// SUMO writes a parameter of the vehicles with `--fcd-output.params priority`.
+const PRIORITY: &[&str] = &["priority", "vehicle_priority"];
 const LAT: &[&str] = &["lat_deg", "lat", "latitude", "latitude_deg"];
 const LON: &[&str] = &["lon_deg", "lon", "longitude", "longitude_deg", "lng", "long"];
 
@@ -127,6 +129,13 @@ impl Rows {
         };
         let time_us = time_us.map_err(|message| of_vehicle(&columns.time, message))?;
         builder.times = self.clock.form();
+        if let Some(column) = columns.priority.as_ref()
+            && !is_missing(column)?
+        {
+            let (key, text) = (&column.name, table.text(column.index)?);
+            let priority = self.numbers.value(key, text).and_then(|value| validate::PRIORITY.check(key, text, value));
+            builder.set_priority(name, priority.map_err(|message| of_vehicle(column, message))?);
+        }
         if has_no_position {
             builder.skip(name);
             return Ok(());
@@ -220,6 +229,8 @@ struct Columns {
     hemispheres: [Option<Column>; 2],
     /// Columns that are read, each with another one of the same meaning.
     preferred: Vec<[String; 2]>,
+    /// Priority of the vehicle.
+    priority: Option<Column>,
     /// Published data set with these columns.
     set: Option<&'static DataSet>,
 }
@@ -296,9 +307,9 @@ impl Columns {
             Coordinates::Degrees => [NORTH_SOUTH, EAST_WEST].map(column),
             _ => [None, None],
         };
-        let (box_size, set) = (None, None);
+        let (box_size, set, priority) = (None, None, column(PRIORITY));
         let (count, of_sumo) = (header.names.len(), of_sumo(column));
-        Ok(Self { count, time, vehicle, x, y, box_size, coordinates, of_sumo, hemispheres, preferred, set })
+        Ok(Self { count, time, vehicle, x, y, box_size, coordinates, of_sumo, hemispheres, preferred, priority, set })
     }
 
     /// Columns of a published data set, which was recognised by them.
@@ -320,6 +331,7 @@ impl Columns {
             of_sumo: of_sumo(|accepted| header.column(accepted)),
             hemispheres: [None, None],
             preferred: Vec::new(),
+            priority: header.column(PRIORITY),
             set: Some(set),
         })
     }

@@ -159,7 +159,7 @@ impl Fcd {
     }
 
     fn vehicle(&mut self, element: &BytesStart<'_>, start: Position, time_us: i64) -> Result<(), Fault> {
-        let [id, x, y] = attributes(element, start, ["id", "x", "y"])?;
+        let [id, x, y, priority] = attributes(element, start, ["id", "x", "y", "priority"])?;
         let id = id.ok_or_else(|| missing(start, "vehicle", "id"))?;
         id.read(|name| self.builder.check_name("id", name))?;
         let vehicle = || format!("vehicle {}", quoted(&id.text));
@@ -167,6 +167,12 @@ impl Fcd {
             let found = found.ok_or_else(|| missing(start, &vehicle(), key))?;
             found.read(|text| quantity.parse(key, text).map_err(|message| format!("{}: {message}", vehicle())))
         };
+        if let Some(priority) = priority.filter(|found| !found.text.trim().is_empty()) {
+            let priority = priority.read(|text| {
+                validate::PRIORITY.parse("priority", text).map_err(|message| format!("{}: {message}", vehicle()))
+            })?;
+            self.builder.set_priority(&id.text, priority);
+        }
         if let [Some(x), Some(y)] = [&x, &y].map(|found| found.as_ref().and_then(|found| validate::raw(&found.text)))
             && validate::is_unknown(self.coordinates, [x, y])
         {

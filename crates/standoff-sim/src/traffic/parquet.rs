@@ -20,12 +20,15 @@ use super::vehicle::Sample;
 const ELEMENTS: [Names; 3] = [
     Names {
         needed: ["vehicle_id", "vehicle_x", "vehicle_y"],
-        optional: ["vehicle_type", "vehicle_lane", "vehicle_edge"],
+        optional: ["vehicle_type", "vehicle_lane", "vehicle_edge", "vehicle_priority"],
     },
-    Names { needed: ["person_id", "person_x", "person_y"], optional: ["person_type", "person_lane", "person_edge"] },
+    Names {
+        needed: ["person_id", "person_x", "person_y"],
+        optional: ["person_type", "person_lane", "person_edge", "person_priority"],
+    },
     Names {
         needed: ["container_id", "container_x", "container_y"],
-        optional: ["container_type", "container_lane", "container_edge"],
+        optional: ["container_type", "container_lane", "container_edge", "container_priority"],
     },
 ];
 
@@ -33,12 +36,12 @@ const ELEMENTS: [Names; 3] = [
 struct Names {
     /// Vehicle, x and y.
     needed: [&'static str; 3],
-    /// Type, lane and edge, which distinguish persons and containers from vehicles.
-    optional: [&'static str; 3],
+    /// Type, lane and edge, which distinguish persons and containers from vehicles; priority.
+    optional: [&'static str; 4],
 }
 
 /// Sets of optional columns, by their indices: `sumo --fcd-output.attributes` can leave out columns.
-const OPTIONAL: [&[usize]; 4] = [&[0, 1, 2], &[0], &[1, 2], &[]];
+const OPTIONAL: [&[usize]; 8] = [&[0, 1, 2, 3], &[0, 3], &[1, 2, 3], &[3], &[0, 1, 2], &[0], &[1, 2], &[]];
 
 /// First bytes of a Parquet file.
 const MAGIC: [u8; 4] = *b"PAR1";
@@ -60,6 +63,7 @@ struct FcdRow {
     kind: Option<String>,
     lane: Option<String>,
     edge: Option<String>,
+    priority: Option<f64>,
 }
 
 impl Row for FcdRow {
@@ -95,7 +99,9 @@ pub(super) fn read(path: &Path, options: &Options) -> Result<Traffic, Fault> {
     let mut index = 0;
     while let Some(row) = table.next_row().map_err(|error| fault(&error))? {
         index += 1;
-        let FcdRow { time_s: Some(time_s), vehicle: Some(vehicle), x, y, kind, lane, edge } = row else { continue };
+        let FcdRow { time_s: Some(time_s), vehicle: Some(vehicle), x, y, kind, lane, edge, priority } = row else {
+            continue;
+        };
         let is_person = Persons::is_person(kind.as_deref(), lane.as_deref(), edge.as_deref());
         if vehicle.is_empty() && x.is_none() && y.is_none() {
             continue;
@@ -107,6 +113,10 @@ pub(super) fn read(path: &Path, options: &Options) -> Result<Traffic, Fault> {
         let in_row = |message| Fault::whole(format!("row {index}: {message}"));
         builder.check_name("vehicle_id", &vehicle).map_err(in_row)?;
         let time_us = validate::time_us("timestep_time", &time_s.to_string()).map_err(in_row)?;
+        if let Some(priority) = priority {
+            let checked = validate::PRIORITY.check("vehicle_priority", &priority.to_string(), Some(priority));
+            builder.set_priority(&vehicle, checked.map_err(in_row)?);
+        }
         let (Some(x), Some(y)) = (x, y) else {
             builder.skip(&vehicle);
             continue;
@@ -131,7 +141,11 @@ fn columns(names: &Names, optional: &[usize]) -> Columns<FcdRow> {
     for &index in optional {
         let fields: [fn(&mut FcdRow) -> &mut Option<String>; 3] =
             [|row| &mut row.kind, |row| &mut row.lane, |row| &mut row.edge];
-        Option::declare(Declaration::new(names.optional[index], ""), &mut columns, fields[index]);
+        let declaration = Declaration::new(names.optional[index], "");
+        match fields.get(index) {
+            Some(field) => Option::declare(declaration, &mut columns, *field),
+            None => Option::declare(declaration, &mut columns, |row: &mut FcdRow| &mut row.priority),
+        }
     }
     columns
 }

@@ -75,6 +75,8 @@ pub struct VehicleState {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Vehicle {
     name: String,
+    /// Priority in the file, if it has one.
+    pub priority: Option<f64>,
     /// Samples by strictly increasing time; never empty.
     samples: Vec<Sample>,
     gaps: Gaps,
@@ -82,9 +84,9 @@ pub struct Vehicle {
 
 impl Vehicle {
     /// Creates a vehicle from samples in metres by strictly increasing time.
-    pub(super) fn new(name: String, mut samples: Vec<Sample>, gaps: Gaps) -> Self {
+    pub(super) fn new(name: String, priority: Option<f64>, mut samples: Vec<Sample>, gaps: Gaps) -> Self {
         samples.shrink_to_fit();
-        Self { name, samples, gaps }
+        Self { name, priority, samples, gaps }
     }
 
     /// Adds the vehicle to a checksum.
@@ -93,6 +95,7 @@ impl Vehicle {
             crc.update(&(length as u64).to_le_bytes());
         }
         crc.update(self.name.as_bytes());
+        self.priority.iter().for_each(|priority| crc.update(&priority.to_le_bytes()));
         crc.update(&self.gaps.limit_us.to_le_bytes());
         self.gaps.breaks_us.iter().for_each(|time_us| crc.update(&time_us.to_le_bytes()));
         for Sample { time_us, x, y } in &self.samples {

@@ -46,6 +46,7 @@ fn cue(label: TargetLabel, position: Position) -> Cue {
         velocity,
         position_sd_m,
         velocity_sd_m_s,
+        priority: None,
     }
 }
 

@@ -191,6 +191,7 @@ pub(crate) fn cue(time: Time, (label, position, velocity): (TargetLabel, Positio
         velocity,
         position_sd_m: 20.0,
         velocity_sd_m_s: 2.0,
+        priority: None,
     })
 }
 

@@ -2,15 +2,16 @@
 //!
 //! ```text
 //! paper      max  det( sum over groups, targets and UAVs of F )          every group assigned       Eq. (32, 33)
-//! default    max  sum over groups and their targets of ln det( sum over the group's UAVs of F )
+//! default    max  sum over groups and their targets of p ln det( sum over the group's UAVs of F )
 //! F = H' R^-1 H, the information of one UAV about one target                                        Eq. (31)
+//! p: priority of the target
 //! ```
 //!
 //! Restated: information about different targets must not be summed, so the default adds logarithms of determinants,
 //! one for each target. Furthermore, (33) as published assigns one UAV to two groups, although it flies one orbit. Here
 //! every UAV is assigned to exactly one group. If N UAVs suffice for G groups, every group gets at least one UAV and at
-//! most max(2, ceil(N / G)). Otherwise, N groups get one UAV each: of all such choices those that cover the most
-//! targets, and of these the one that the objective prefers (ln det is negative in general, so that it cannot decide
+//! most max(2, ceil(N / G)). Otherwise, N groups get one UAV each: of all such choices those that cover the highest
+//! total priority, and of these the one that the objective prefers (ln det is negative in general, so that it cannot decide
 //! whether a group is worth a UAV at all).
 //!
 //! The score of a group, ln det or the sum of them, is rounded to millionths, so that sums do not depend on the order

@@ -16,11 +16,14 @@
 //! (`assignment_switching_cost`).
 
 mod create;
+mod displace;
 mod handoff;
 mod neighbourhoods;
 mod retire;
 #[cfg(test)]
 mod tests;
+
+use core::cmp::Ordering;
 
 use crate::by_group::ByGroup;
 use crate::coordination::clustering::{KMeans, group_count};
@@ -117,6 +120,7 @@ impl Grouping<'_> {
             self.admit();
             self.regroup(desired);
             self.create_others(desired);
+            self.displace();
             // Handoffs need at least two groups.
             if self.groups() > 1 || self.grouped_track().iter().any(|known| known.receiving_group().is_some()) {
                 self.update_handoffs();
@@ -173,7 +177,7 @@ impl Grouping<'_> {
         groups
     }
 
-    /// Admits every ungrouped target to the nearest group whose orbit has room to spare; a target that only fits after
+    /// Admits every ungrouped target, those of the highest priority first, to the nearest group whose orbit has room to spare; a target that only fits after
     /// another one was admitted waits for the next time step.
     ///
     /// Implements section IV.B.2, beyond the paper: removed targets are readmitted.
@@ -222,7 +226,10 @@ impl Grouping<'_> {
                 }
             }
         }
-        candidates.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+        let priority = |of: &(f64, usize, GroupId)| memberships.tracks()[of.1].priority;
+        candidates.sort_unstable_by(|a, b| {
+            priority(b).total_cmp(&priority(a)).then(a.0.total_cmp(&b.0)).then((a.1, a.2).cmp(&(b.1, b.2)))
+        });
         candidates
     }
 
@@ -250,10 +257,48 @@ impl Grouping<'_> {
         (required.has_room(params) || is_inside()).then_some(required)
     }
 
-    /// Selects the target to remove if one orbit cannot contain all targets with these indices.
-    fn removal_candidate(&self, track_indices: impl Iterator<Item = usize> + Clone, required: &RequiredOrbit) -> usize {
+    /// Total priority of the targets with these indices.
+    fn priority(&self, track_indices: impl Iterator<Item = usize>) -> f64 {
+        track_indices.map(|track_index| self.grouped_track()[track_index].priority).sum()
+    }
+
+    /// Selects the target to remove if an orbit with a radius of at most `limit_m` cannot contain all targets with these
+    /// indices. If they differ in priority, the order of removal counts that keeps the higher total priority: the lowest
+    /// priority first, or the largest reduction of the radius first.
+    fn removal_candidate(
+        &self,
+        track_indices: impl Iterator<Item = usize> + Clone,
+        required: &RequiredOrbit,
+        limit_m: f64,
+    ) -> usize {
+        let priorities = || track_indices.clone().map(|track_index| self.grouped_track()[track_index].priority);
+        if priorities().all(|priority| Some(priority) == priorities().next()) {
+            return self.next_removed(track_indices, required, false);
+        }
+        let kept = |lowest_first| {
+            let mut kept: Vec<usize> = track_indices.clone().collect();
+            while kept.len() > 1
+                && let Some(required) = self.required(kept.iter().copied())
+                && required.standoff.unclamped_m > limit_m
+            {
+                let removed = self.next_removed(kept.iter().copied(), &required, lowest_first);
+                kept.retain(|track_index| *track_index != removed);
+            }
+            self.priority(kept.into_iter())
+        };
+        self.next_removed(track_indices.clone(), required, kept(true) >= kept(false))
+    }
+
+    /// Selects the target whose removal reduces the radius most or, if set, that of the lowest priority among those
+    /// whose removal reduces it.
+    fn next_removed(
+        &self,
+        track_indices: impl Iterator<Item = usize> + Clone,
+        required: &RequiredOrbit,
+        lowest_first: bool,
+    ) -> usize {
         let furthest = required.furthest;
-        if self.params.group.removal == RemovalRule::FurthestFromCentre {
+        if self.params.group.removal == RemovalRule::FurthestFromCentre && !lowest_first {
             return furthest;
         }
         let required_radius_m = |without: usize| {
@@ -268,13 +313,14 @@ impl Grouping<'_> {
             .flat_map(EnclosingCircle::support_points)
             .filter_map(|number| track_indices.clone().nth(number));
         let tried = on_circle.map(|track_index| (required_radius_m(track_index), track_index));
+        let priority = |of: &(f64, usize)| if lowest_first { self.grouped_track()[of.1].priority } else { 1.0 };
         // The difference must exceed rounding errors.
-        tried
-            .fold(
-                (required_radius_m(furthest), furthest),
-                |least, one| if one.0 < least.0 * (1.0 - 1e-9) { one } else { least },
-            )
-            .1
+        let is_better = |one: &(f64, usize), other: &(f64, usize)| match priority(one).total_cmp(&priority(other)) {
+            Ordering::Equal => one.0 < other.0 * (1.0 - 1e-9),
+            order => order.is_lt(),
+        };
+        let first = (required_radius_m(furthest), furthest);
+        tried.fold(first, |least, one| if is_better(&one, &least) { one } else { least }).1
     }
 
     /// Removes the furthest target of every group whose orbit diverges, and of every group until its orbit fits.
@@ -288,7 +334,9 @@ impl Grouping<'_> {
                 let threshold_m2_s = group.threshold_m2_s?;
                 let required =
                     (group.diverging_for.s() > self.params.group.divergence_time_s).then(|| self.required_by(id))??;
-                let target = || self.removal_candidate(self.members(id), &required);
+                // One removal is enough.
+                let limit_m = required.standoff.unclamped_m * (1.0 - 1e-9);
+                let target = || self.removal_candidate(self.members(id), &required, limit_m);
                 (required.members() > 1).then(|| (threshold_m2_s, target()))
             });
             if let Some((threshold_m2_s, target)) = diverging_for {
@@ -304,7 +352,7 @@ impl Grouping<'_> {
                 if required_radius_m <= allowed_radius_m {
                     break;
                 }
-                let target = self.removal_candidate(self.members(id), &required);
+                let target = self.removal_candidate(self.members(id), &required, allowed_radius_m);
                 self.remove(id, target, EventKind::Removed { required_radius_m, allowed_radius_m });
             }
         }
@@ -363,7 +411,7 @@ impl Grouping<'_> {
     }
 
     /// Removes a target that the group's orbit cannot contain. A target that the group is still receiving goes first,
-    /// if the orbit is smaller without it. A target in handoff to another group is handed off immediately; with an
+    /// if the orbit is smaller without it and its priority is not higher. A target in handoff to another group is handed off immediately; with an
     /// orbit motion model, only if the other group contains it already, because every member must be in view of its
     /// group.
     fn remove(&mut self, id: GroupId, target: usize, kind: EventKind) {
@@ -372,7 +420,11 @@ impl Grouping<'_> {
             let others = self.members(id).filter(|other| other != track_index);
             self.required(others).is_none_or(|required| required.standoff.unclamped_m < required_radius_m)
         };
-        let is_incoming = |track_index: &usize| self.grouped_track()[*track_index].receiving_group() == Some(id);
+        let priority = |track_index: usize| self.grouped_track()[track_index].priority;
+        let is_incoming = |track_index: &usize| {
+            self.grouped_track()[*track_index].receiving_group() == Some(id)
+                && priority(*track_index) <= priority(target)
+        };
         let incoming = self.members(id).filter(is_incoming).find(widens);
         let is_received = |to| self.params.group.motion.is_instantaneous() || self.is_in_view_of_group(target, to);
         if let Some(incoming) = incoming.or(Some(target).filter(is_incoming)) {

@@ -9,7 +9,7 @@
 //! that the target can have reached is in view, if there is one; for larger discs, the boresight swings over the disc.
 //! The search ends when the target is measured, when the disc is larger than the sensing range, or when a group needs
 //! the UAV. A UAV may only search if other UAVs have every member of its group in view, and if one UAV remains for
-//! every group.
+//! every group. Groups whose total priority is lower than that of the lost target do not count.
 
 use std::collections::BTreeSet;
 
@@ -19,6 +19,7 @@ use crate::coordination::memberships::Memberships;
 use crate::coordination::teammate::Teammate;
 use crate::frame::Position;
 use crate::grid::Grid;
+use crate::group_id::GroupId;
 use crate::math::{self, PI};
 use crate::params::TeamParams;
 use crate::time::{Duration, Time};
@@ -103,9 +104,21 @@ impl SearchAssignmentUpdate<'_> {
         self.send();
     }
 
-    /// Number of UAVs that remain if each group has one.
-    fn spare_uavs(&self) -> usize {
-        self.team.len().saturating_sub(self.memberships.groups().len())
+    /// Number of UAVs that may search for a track or for others of at least its priority: those that remain if each
+    /// group has one whose total priority is not lower.
+    fn spare_uavs(&self, track: TrackId) -> usize {
+        let priority = self.priority(track);
+        let groups = self.memberships.groups().iter().filter(|group| self.total_priority(**group) >= priority);
+        self.team.len().saturating_sub(groups.count())
+    }
+
+    /// Total priority of a group's members.
+    fn total_priority(&self, group: GroupId) -> f64 {
+        self.memberships.of(group).map(|index| self.memberships.tracks()[index].priority).sum()
+    }
+
+    fn priority(&self, track: TrackId) -> f64 {
+        self.memberships.track_index(track).map_or(0.0, |index| self.memberships.tracks()[index].priority)
     }
 
     fn track(&self, id: TrackId) -> Option<&Track> {
@@ -128,11 +141,18 @@ impl SearchAssignmentUpdate<'_> {
             ended.extend((!continues).then_some((*assignment, end)));
             continues
         });
-        // The largest area is the least promising.
-        while assignments.len() > self.spare_uavs() {
-            let largest =
-                (0..assignments.len()).max_by(|a, b| reach_m(&assignments[*a]).total_cmp(&reach_m(&assignments[*b])));
-            ended.extend(largest.map(|index| (assignments.remove(index), SearchEndReason::Recalled)));
+        // Of equal priorities, the largest area is the least promising.
+        let priority = |assignment: &SearchAssignment| self.priority(assignment.track);
+        let least_promising = |assignments: &[SearchAssignment]| {
+            let by_promise = |a: &SearchAssignment, b: &SearchAssignment| {
+                priority(b).total_cmp(&priority(a)).then(reach_m(a).total_cmp(&reach_m(b)))
+            };
+            (0..assignments.len()).max_by(|a, b| by_promise(&assignments[*a], &assignments[*b]))
+        };
+        while let Some(index) = least_promising(&assignments)
+            && assignments.len() > self.spare_uavs(assignments[index].track)
+        {
+            ended.push((assignments.remove(index), SearchEndReason::Recalled));
         }
         *self.assignments = assignments;
         for (assignment, end) in ended {
@@ -141,13 +161,16 @@ impl SearchAssignmentUpdate<'_> {
         }
     }
 
-    /// Assigns the nearest UAV that is available and arrives in time to each lost target without a searching UAV.
+    /// Assigns the nearest UAV that is available and arrives in time to each lost target without a searching UAV, those
+    /// of the highest priority first.
     fn send(&mut self) {
-        if self.assignments.len() >= self.spare_uavs() {
+        let lost = || self.memberships.tracks().iter().filter(|known| known.track.is_lost());
+        let highest = lost().max_by(|a, b| a.priority.total_cmp(&b.priority));
+        if highest.is_none_or(|known| self.assignments.len() >= self.spare_uavs(known.track.id)) {
             return;
         }
         let mut pairs: Vec<(f64, usize, TrackId)> = Vec::new();
-        let lost = self.memberships.tracks().iter().map(|known| &known.track).filter(|track| track.is_lost());
+        let lost = lost().map(|known| &known.track);
         let searched: BTreeSet<TrackId> = self.assignments.iter().map(|assignment| assignment.track).collect();
         // A UAV that needs longer cannot arrive in time, because the area grows at least at this rate.
         let longest_s = self.params.track.sensor.sensing_range_m / self.params.track.initial_velocity_sd_m_s;
@@ -164,11 +187,15 @@ impl SearchAssignmentUpdate<'_> {
                 pairs.extend(in_time.map(|_| (distance_m, index, track.id)));
             }
         }
-        pairs.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+        let priority = |pair: &(f64, usize, TrackId)| self.priority(pair.2);
+        pairs.sort_unstable_by(|a, b| {
+            let by_priority = priority(b).total_cmp(&priority(a));
+            by_priority.then(a.0.total_cmp(&b.0)).then((a.1, a.2).cmp(&(b.1, b.2)))
+        });
         for (_, index, track) in pairs {
             let (uav, group) = (self.team[index].uav, self.team[index].group);
             let is_taken = self.assignments.iter().any(|assignment| assignment.uav == uav || assignment.track == track);
-            if is_taken || self.assignments.len() >= self.spare_uavs() || !self.can_leave(index, track) {
+            if is_taken || self.assignments.len() >= self.spare_uavs(track) || !self.can_leave(index, track) {
                 continue;
             }
             self.team[index].group = None;
@@ -180,7 +207,8 @@ impl SearchAssignmentUpdate<'_> {
     }
 
     /// True if the UAV may search for the track: there are no groups; or the track was lost because it became too
-    /// uncertain, and the UAV has no group or other UAVs have every member of its group in view. A target that vanished
+    /// uncertain, and the UAV has no group, a group of lower total priority, or other UAVs have every member of its group
+    /// in view. A target that vanished
     /// in view may have left the roads; a second UAV of a group then provides more information.
     fn can_leave(&self, index: usize, for_track: TrackId) -> bool {
         if self.memberships.groups().is_empty() {
@@ -190,6 +218,9 @@ impl SearchAssignmentUpdate<'_> {
             return false;
         }
         let Some(group) = self.team[index].group else { return true };
+        if self.total_priority(group) < self.priority(for_track) {
+            return true;
+        }
         let sensor = &self.params.track.sensor;
         let others = || {
             self.team.iter().filter(|teammate| teammate.group == Some(group) && teammate.uav != self.team[index].uav)
@@ -209,7 +240,6 @@ mod tests {
     use super::*;
     use crate::coordination::memberships::Membership;
     use crate::frame::Velocity;
-    use crate::group_id::GroupId;
     use crate::message::{Cue, Report};
     use crate::uav::UavState;
 

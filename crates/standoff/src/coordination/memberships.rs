@@ -3,6 +3,7 @@
 use crate::coordination::dwell::Handoff;
 use crate::frame::Position;
 use crate::group_id::GroupId;
+use crate::priority::{AreaOfInterest, PRIORITY, priority_at};
 use crate::time::{Duration, Time};
 use crate::tracking::estimate::Estimate;
 use crate::tracking::track::{Track, TrackId};
@@ -53,13 +54,19 @@ pub struct GroupedTrack {
     pub track: Track,
     /// Membership of the target.
     pub membership: Membership,
+    /// Priority that a cue has given the target; 1 otherwise. Priorities other than 1 are serialised apart.
+    #[serde(skip, default = "one")]
+    pub(crate) own_priority: f64,
+    /// Priority of the target at its position ([`priority_at`]), which all decisions use.
+    #[serde(skip, default = "one")]
+    pub priority: f64,
     /// Blocked group and the end of the block: after a cancelled handoff, no new one to that group may start before.
     blocked_groups: Option<(GroupId, Time)>,
 }
 
 impl TrackRow for GroupedTrack {
     fn new(track: Track) -> Self {
-        Self { track, membership: Membership::Ungrouped, blocked_groups: None }
+        Self { track, membership: Membership::Ungrouped, own_priority: 1.0, priority: 1.0, blocked_groups: None }
     }
 
     fn track(&self) -> &Track {
@@ -69,6 +76,14 @@ impl TrackRow for GroupedTrack {
     fn track_mut(&mut self) -> &mut Track {
         &mut self.track
     }
+
+    fn priority_mut(&mut self) -> &mut f64 {
+        &mut self.own_priority
+    }
+}
+
+fn one() -> f64 {
+    1.0
 }
 
 impl GroupedTrack {
@@ -211,7 +226,7 @@ impl Memberships {
     /// most `dwell_max`.
     pub(crate) fn rebuild_index(&mut self, now: Time, dwell_max: Duration) -> bool {
         let is_valid = |known: &GroupedTrack| {
-            let GroupedTrack { track, membership, blocked_groups: blocked_group } = known;
+            let GroupedTrack { track, membership, blocked_groups: blocked_group, .. } = known;
             let is_apart = membership.receiving_group().is_none_or(|to| membership.group() != Some(to));
             let has_begun = match membership {
                 Membership::InHandoff(handoff) => handoff.requested_at <= now,
@@ -249,6 +264,25 @@ impl Memberships {
         if update(&mut self.tracks) {
             self.roster.rebuild(self.tracks.rows());
         }
+    }
+
+    /// Computes the priorities of all targets at their positions.
+    pub(crate) fn update_priorities(&mut self, areas: &[AreaOfInterest]) {
+        for row in self.tracks.rows_mut() {
+            row.priority = priority_at(row.own_priority, row.position(), areas);
+        }
+    }
+
+    /// Priorities other than 1 that cues have given, by ascending track.
+    pub(crate) fn own_priorities(&self) -> Vec<(TrackId, f64)> {
+        let rows = self.tracks().iter().filter(|row| row.own_priority != 1.0);
+        rows.map(|row| (row.track.id, row.own_priority)).collect()
+    }
+
+    /// Restores priorities that cues have given; returns `false` if they are impossible.
+    pub(crate) fn restore_priorities(&mut self, priorities: &[(TrackId, f64)]) -> bool {
+        priorities.iter().for_each(|(track, priority)| self.tracks.set_priority(*track, Some(*priority)));
+        self.own_priorities() == priorities && priorities.iter().all(|(_, priority)| PRIORITY.contains(*priority))
     }
 
     /// Starts or restarts a track; the target is in no group.

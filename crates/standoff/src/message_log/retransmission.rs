@@ -241,7 +241,7 @@ impl Resend<'_> {
         match self {
             // A retransmission does not contain the log status of the source.
             Self::Report(report) => Message::report_size_bytes(report, None),
-            Self::Cue(_) => Message::CUE_SIZE_BYTES,
+            Self::Cue(cue) => Message::cue_size_bytes(cue),
         }
     }
 }

@@ -7,6 +7,7 @@ use crate::message::{CommitDigest, SnapshotPart, SnapshotRequest};
 use crate::params::TeamParams;
 use crate::team_state::TeamState;
 use crate::time::Time;
+use crate::tracking::track::TrackId;
 use crate::uav::UavId;
 
 /// Maximum number of parts of a snapshot: 5 MiB, about 20,000 targets.
@@ -150,10 +151,14 @@ impl SnapshotReceiver {
     }
 }
 
-/// Serialises a team state; tracks of detections without label follow, if there are any.
+/// Serialises a team state; tracks of detections without label follow, if there are any or priorities follow them.
 fn serialised(team_state: &TeamState) -> postcard::Result<Vec<u8>> {
-    let bytes = postcard::to_allocvec(team_state)?;
-    if team_state.unlabelled.is_empty() { Ok(bytes) } else { postcard::to_extend(&team_state.unlabelled, bytes) }
+    let mut bytes = postcard::to_allocvec(team_state)?;
+    let priorities = team_state.memberships.own_priorities();
+    if !team_state.unlabelled.is_empty() || !priorities.is_empty() {
+        bytes = postcard::to_extend(&team_state.unlabelled, bytes)?;
+    }
+    if priorities.is_empty() { Ok(bytes) } else { postcard::to_extend(&priorities, bytes) }
 }
 
 /// Deserialises a team state and checks it against its digest.
@@ -161,6 +166,13 @@ fn read(bytes: &[u8], commit_digest: CommitDigest, params: &TeamParams) -> Optio
     let (mut team_state, mut rest) = postcard::take_from_bytes::<TeamState>(bytes).ok()?;
     if !rest.is_empty() {
         (team_state.unlabelled, rest) = postcard::take_from_bytes(rest).ok()?;
+    }
+    if !rest.is_empty() {
+        let priorities: Vec<(TrackId, f64)>;
+        (priorities, rest) = postcard::take_from_bytes(rest).ok()?;
+        if !team_state.memberships.restore_priorities(&priorities) {
+            return None;
+        }
     }
     let matches =
         rest.is_empty() && team_state.time == commit_digest.time && team_state.digest() == commit_digest.digest;

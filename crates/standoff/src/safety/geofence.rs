@@ -11,6 +11,7 @@ use std::sync::Arc;
 
 use crate::frame::{Displacement, Position};
 use crate::math;
+use crate::priority::is_inside;
 
 /// Maximum number of zones of a team.
 pub const ZONES_MAX: usize = 100;
@@ -318,16 +319,9 @@ impl Zone {
         self.vertices.iter().zip(next).map(move |(from, to)| Side { zone, from: *from, to: *to })
     }
 
-    /// Returns true if a position is inside the outline: a ray to the east crosses it an odd number of times.
+    /// Returns true if a position is inside the outline.
     fn contains(&self, at: Position) -> bool {
-        let crossed = self.sides(0).filter(|side| {
-            let Side { from, to, .. } = side;
-            (from.y_m() > at.y_m()) != (to.y_m() > at.y_m()) && {
-                let share = (at.y_m() - from.y_m()) / (to.y_m() - from.y_m());
-                at.x_m() < from.x_m() + share * (to.x_m() - from.x_m())
-            }
-        });
-        crossed.count() % 2 == 1
+        is_inside(&self.vertices, at)
     }
 
     /// Floor and ceiling, m.

@@ -54,7 +54,16 @@ impl TeamState {
         let positions = |id: GroupId| self.memberships.of(id).map(|track_index| self.tracks()[track_index].position());
         let members: Vec<(GroupId, Vec<Position>)> =
             self.groups.iter().map(|group| (group.id, positions(group.id).collect())).collect();
-        let sites: Vec<_> = members.iter().map(|(group, members)| CandidateGroup { group: *group, members }).collect();
+        let priorities = |group: &Group| -> Vec<f64> {
+            let all = || self.members_of(group.id).map(|known| known.priority);
+            if all().all(|priority| priority == 1.0) { Vec::new() } else { all().collect() }
+        };
+        let priorities: Vec<Vec<f64>> = self.groups.iter().map(priorities).collect();
+        let sites: Vec<_> = members
+            .iter()
+            .zip(&priorities)
+            .map(|((group, members), priorities)| CandidateGroup { group: *group, members, priorities })
+            .collect();
         let GroupingParams { objective, assignment_switching_cost, .. } = params.group;
         let custom = input.assignment.and_then(|law| law.assign(self.time, &uavs, &sites));
         let reason = match (custom, reason) {

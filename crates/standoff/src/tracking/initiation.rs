@@ -19,7 +19,7 @@ use crate::uav::UavId;
 const STARTED_MAX: f64 = 0.9;
 
 /// Starts a track from each cue, unless the target has a track that is not lost, or is out of reach of all UAVs. A cue
-/// without label is of the target of a track near it.
+/// without label is of the target of a track near it. The priority of a cue counts in any case.
 pub(super) fn take_cues<R: TrackRow>(
     tracks: &mut TrackTable<R>,
     unlabelled: &mut UnlabelledTracks,
@@ -27,7 +27,9 @@ pub(super) fn take_cues<R: TrackRow>(
     log: &mut StepLog,
 ) {
     for cue in input.cues {
-        if !tracks.get(TrackId::of_cue(cue)).is_none_or(Track::is_lost) {
+        let id = TrackId::of_cue(cue);
+        if !tracks.get(id).is_none_or(Track::is_lost) {
+            tracks.set_priority(id, cue.priority);
             continue;
         }
         if !input.scans.reach(cue.position) {
@@ -35,13 +37,14 @@ pub(super) fn take_cues<R: TrackRow>(
             continue;
         }
         let Some(track) = Track::from_cue(cue, input.params, input.now) else { continue };
-        if cue.label.is_some() {
-            start(tracks, track, TrackChangeKind::Cued, input, log);
-        } else if !unlabelled.has_track_near(tracks, log, track.estimate())
-            && start(tracks, track, TrackChangeKind::Cued, input, log)
-        {
+        let known = match cue.label {
+            Some(_) => None,
+            None => unlabelled.track_near(tracks, log, track.estimate()),
+        };
+        if known.is_none() && start(tracks, track, TrackChangeKind::Cued, input, log) && cue.label.is_none() {
             unlabelled.enter_cued(track.id);
         }
+        tracks.set_priority(known.unwrap_or(id), cue.priority);
     }
 }
 
@@ -82,15 +85,17 @@ fn start<R: TrackRow>(
 }
 
 impl UnlabelledTracks {
-    /// True if a cue without label is probably of a track that exists already. Tracks that other cues of the time step
-    /// have started do not count: these cues are of other targets.
-    fn has_track_near<R: TrackRow>(&self, tracks: &TrackTable<R>, log: &StepLog, cued: &Estimate) -> bool {
-        let mut live =
+    /// Existing track that a cue without label is probably of: the nearest one within the gate. Tracks that other cues
+    /// of the time step have started do not count: these cues are of other targets.
+    fn track_near<R: TrackRow>(&self, tracks: &TrackTable<R>, log: &StepLog, cued: &Estimate) -> Option<TrackId> {
+        let live =
             tracks.rows().iter().map(TrackRow::track).filter(|track| !track.is_lost() && !log.has_started(track.id));
-        live.any(|track| {
+        let distances = live.map(|track| {
             let own = self.confirmed(track.id).map_or(track.estimate(), |of| of.own_estimate(track));
-            squared_distance(own, cued) < POSITION_GATE
-        })
+            (squared_distance(own, cued), track.id)
+        });
+        let near = distances.filter(|(squared, _)| *squared < POSITION_GATE);
+        near.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, id)| id)
     }
 }
 

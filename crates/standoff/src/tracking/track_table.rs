@@ -9,6 +9,8 @@ pub(crate) trait TrackRow {
     fn new(track: Track) -> Self;
     fn track(&self) -> &Track;
     fn track_mut(&mut self) -> &mut Track;
+    /// Priority of the target.
+    fn priority_mut(&mut self) -> &mut f64;
 }
 
 /// All tracks, by ascending id.
@@ -47,11 +49,22 @@ impl<R: TrackRow> TrackTable<R> {
     /// Adds a track, or replaces the one with its id. Returns false if the table contains `rows_max` other tracks.
     pub(crate) fn start(&mut self, track: Track, rows_max: usize) -> bool {
         match self.index(track.id) {
-            Ok(index) => self.rows[index] = R::new(track),
+            Ok(index) => {
+                let priority = *self.rows[index].priority_mut();
+                self.rows[index] = R::new(track);
+                *self.rows[index].priority_mut() = priority;
+            }
             Err(_) if self.rows.len() >= rows_max => return false,
             Err(index) => self.rows.insert(index, R::new(track)),
         }
         true
+    }
+
+    /// Sets the priority of a track's target; `None` keeps it.
+    pub(crate) fn set_priority(&mut self, track: TrackId, priority: Option<f64>) {
+        if let (Ok(index), Some(priority)) = (self.index(track), priority) {
+            *self.rows[index].priority_mut() = priority;
+        }
     }
 
     /// Removes tracks that have been lost for longer than `after`. Returns false if there are none.

@@ -85,6 +85,7 @@ fn golden() -> Vec<(Message, Vec<u8>)> {
         velocity: Velocity::from_m_s(3.0, 4.0),
         position_sd_m: 5.0,
         velocity_sd_m_s: 6.0,
+        priority: None,
     };
     let unlabelled_cue = Cue { label: None, ..cue };
     let with_rate = |of: Detection, range_rate_m_s| Detection { range_rate_m_s, ..of };
@@ -365,6 +366,7 @@ fn any_message() -> impl Strategy<Value = Message> {
             velocity,
             position_sd_m,
             velocity_sd_m_s,
+            priority: None,
         })
     });
     let bytes = proptest::collection::vec(any::<u8>(), 0..=SnapshotPart::BYTES_MAX);

@@ -211,6 +211,7 @@ impl Team {
                 velocity,
                 position_sd_m,
                 velocity_sd_m_s,
+                priority: None,
             }));
             self.cued[id as usize] = true;
         }

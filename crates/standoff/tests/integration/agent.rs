@@ -216,6 +216,7 @@ fn messages_with_an_old_observation_are_ignored() {
         velocity: Velocity::ZERO,
         position_sd_m: 20.0,
         velocity_sd_m_s: 2.0,
+        priority: None,
     };
     team.agents[0].receive(&old, &Message::Cue(late));
     team.agents[0].decide(&old);
@@ -422,6 +423,7 @@ fn two_cues_of_one_target_give_the_same_team_state_in_any_order() {
                 velocity: Velocity::from_m_s(5.0, 0.0),
                 position_sd_m,
                 velocity_sd_m_s: 2.0,
+                priority: None,
             })
         })
     };
@@ -540,6 +542,7 @@ fn any_message(now_us: i64) -> impl Strategy<Value = Message> {
                 velocity: Velocity::from_m_s(vx, y),
                 position_sd_m: sd,
                 velocity_sd_m_s: sd_v,
+                priority: None,
             })
         },
     );

@@ -146,6 +146,7 @@ impl Attack {
                         velocity: Velocity::ZERO,
                         position_sd_m: 1.0,
                         velocity_sd_m_s: 1.0,
+                        priority: None,
                     })
                 })
                 .collect(),

@@ -301,6 +301,7 @@ const LIES: [(&str, Lie); 12] = [
                 velocity,
                 position_sd_m,
                 velocity_sd_m_s,
+                priority: None,
             })
         };
         (0..20).chain([u16::MAX]).map(cue).collect()
@@ -379,6 +380,7 @@ fn the_number_of_false_targets_is_limited() {
             velocity: Velocity::ZERO,
             position_sd_m: 20.0,
             velocity_sd_m_s: 2.0,
+            priority: None,
         };
         (0..10_000).map(cue)
     };

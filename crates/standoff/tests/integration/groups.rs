@@ -40,6 +40,7 @@ fn cue(id: u32, time: Time, (x_m, y_m): (f64, f64), position_sd_m: f64) -> Messa
         velocity,
         position_sd_m,
         velocity_sd_m_s: 2.0,
+        priority: None,
     })
 }
 
@@ -292,7 +293,7 @@ proptest! {
             let now = Time::from_us(tick * 500_000);
             let targets: Vec<_> = (0..targets).filter_map(|id| Some((id, place(odd, id, tick, seed)?))).collect();
             let cues: Vec<Message> = targets.iter().filter(|_| tick == 0).map(|(id, (position, velocity))| Message::Cue(Cue {
-                source: 0, issued_at: now, sequence: *id as u16, label: Some(TargetLabel(*id)), time: now, position: *position, velocity: *velocity, position_sd_m: 20.0, velocity_sd_m_s: 2.0,
+                source: 0, issued_at: now, sequence: *id as u16, label: Some(TargetLabel(*id)), time: now, position: *position, velocity: *velocity, position_sd_m: 20.0, velocity_sd_m_s: 2.0, priority: None,
             })).collect();
             let scans: Vec<(Option<Angle>, Vec<Detection>)> = states.iter().zip(&pointing_target).map(|(state, look)| {
                 let boresight = look.map(|look| look.boresight(state.position, Duration::from_s(0.5)));

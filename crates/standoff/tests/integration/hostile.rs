@@ -78,6 +78,7 @@ impl Wrong {
             velocity: Velocity::ZERO,
             position_sd_m: 20.0,
             velocity_sd_m_s: 2.0,
+            priority: None,
         };
         let moved = |us| Time::from_us(now.us().saturating_add(us));
         match self {

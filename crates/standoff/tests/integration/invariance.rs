@@ -190,6 +190,7 @@ impl World {
                 velocity: Velocity::from_m_s(velocity.x_m_s() + dvx_m_s, velocity.y_m_s() + dvy_m_s),
                 position_sd_m: 20.0,
                 velocity_sd_m_s: 2.0,
+                priority: None,
             })
         };
         (0..).zip(&self.vehicles).map(cue).collect()

@@ -208,6 +208,7 @@ fn a_cue_of_a_tracked_target_starts_no_track() {
         velocity,
         position_sd_m: 20.0,
         velocity_sd_m_s: 2.0,
+        priority: None,
     };
     (0..3).for_each(|to| radio.deliver(40, to, Message::Cue(cue)));
     let elsewhere = Position::from_m(-3000.0, 0.0);

@@ -33,6 +33,15 @@ pub struct CandidateGroup<'a> {
     pub group: GroupId,
     /// Positions of its members.
     pub members: &'a [Position],
+    /// Priorities of its members; empty if all are 1.
+    pub priorities: &'a [f64],
+}
+
+impl CandidateGroup<'_> {
+    /// Total priority of the members.
+    fn priority(&self) -> f64 {
+        if self.priorities.is_empty() { self.members.len() as f64 } else { self.priorities.iter().sum() }
+    }
 }
 
 /// Natural logarithm of a determinant, or a sum of such logarithms, in millionths.
@@ -48,6 +57,8 @@ pub(super) struct Candidate {
     pub(super) sizes: RangeInclusive<usize>,
     /// Information of each UAV about each target, 1/m2.
     information: Vec<Vec<Matrix2<f64>>>,
+    /// Priority of each target; empty if all are 1.
+    priorities: Vec<f64>,
     /// Bonus of each UAV for staying in this group.
     switching_cost: Vec<Score>,
 }
@@ -60,11 +71,12 @@ pub(super) struct Problem {
 
 /// Allowed numbers of UAVs of each group; `None` for a group that gets none.
 pub(super) fn allowed_sizes(uavs: usize, sites: &[CandidateGroup<'_>]) -> Vec<Option<RangeInclusive<usize>>> {
-    let mut targets: Vec<usize> = sites.iter().map(|site| site.members.len()).collect();
-    targets.sort_unstable_by(|a, b| b.cmp(a));
-    // With too few UAVs, larger groups get one, smaller groups get none, and groups of exactly this size may get one.
+    let mut targets: Vec<f64> = sites.iter().map(CandidateGroup::priority).collect();
+    targets.sort_unstable_by(|a, b| b.total_cmp(a));
+    // With too few UAVs, groups of higher total priority get one, groups of lower priority get none, and groups of
+    // exactly this priority may get one.
     let marginal = targets.get(uavs).and(targets.get(uavs - 1));
-    let sizes = |site: &CandidateGroup<'_>| match marginal.map(|marginal| site.members.len().cmp(marginal)) {
+    let sizes = |site: &CandidateGroup<'_>| match marginal.map(|marginal| site.priority().total_cmp(marginal)) {
         None => Some(1..=uavs.div_ceil(sites.len()).max(2)),
         Some(core::cmp::Ordering::Greater) => Some(1..=1),
         Some(core::cmp::Ordering::Equal) => Some(0..=1),
@@ -104,7 +116,13 @@ impl Problem {
             let staying = in_millionths(switching_cost * site.members.len() as f64);
             let switching_cost =
                 uavs.iter().map(|uav| if uav.current_group == Some(site.group) { staying } else { 0 }).collect();
-            Some(Candidate { group: site.group, sizes, information, switching_cost })
+            Some(Candidate {
+                group: site.group,
+                sizes,
+                information,
+                priorities: site.priorities.to_vec(),
+                switching_cost,
+            })
         };
         Self { uavs: uavs.len(), groups: sites.iter().zip(sizes).filter_map(choice).collect() }
     }
@@ -223,12 +241,15 @@ impl Candidate {
 
     /// Score of `sums`, optionally with one more UAV, without the bonus for staying.
     pub(super) fn score(&self, sums: &[Matrix2<f64>], joined: Option<usize>) -> Score {
-        match joined {
-            None => ln_product(sums.iter().map(floored_det)),
-            Some(uav) => {
-                ln_product(sums.iter().zip(&self.information[uav]).map(|(sum, term)| floored_det(&(sum + term))))
-            }
+        let with_joined = |(index, sum): (usize, &Matrix2<f64>)| match joined {
+            None => floored_det(sum),
+            Some(uav) => floored_det(&(sum + self.information[uav][index])),
+        };
+        let dets = sums.iter().enumerate().map(with_joined);
+        if self.priorities.is_empty() {
+            return ln_product(dets);
         }
+        in_millionths(dets.zip(&self.priorities).map(|(det, priority)| priority * math::ln(det)).sum())
     }
 }
 

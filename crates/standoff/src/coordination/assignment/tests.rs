@@ -65,7 +65,8 @@ impl World {
     }
 
     fn sites<'a>(&'a self) -> Vec<CandidateGroup<'a>> {
-        let site = |(id, members): (u64, &'a Vec<Position>)| CandidateGroup { group: GroupId(id), members };
+        let site =
+            |(id, members): (u64, &'a Vec<Position>)| CandidateGroup { group: GroupId(id), members, priorities: &[] };
         (0..).zip(&self.groups).map(site).collect()
     }
 

@@ -61,18 +61,22 @@ impl Grouping<'_> {
         self.events.push(Event::of_group(EventKind::GroupCreated { members, reason }, id));
     }
 
-    /// Retires the group with the fewest members; of ties the newest. With a lossy link, groups to which no received
+    /// Retires the group with the lowest total priority; of ties the newest. With a lossy link, groups to which no received
     /// UAV is assigned go first: their UAVs may only be out of range and continue with them.
     pub(super) fn retire_smallest(&mut self) {
         let has_uav = |id: &GroupId| self.params.link == LinkModel::Lossy && self.uavs(*id).next().is_some();
-        let size = |id: &&GroupId| (has_uav(id), self.members(**id).count());
-        let smallest = self.memberships.groups().iter().rev().min_by_key(size).copied();
+        let size = |id: &GroupId| (has_uav(id), self.priority(self.members(*id)));
+        let by_size = |a: &GroupId, b: &GroupId| {
+            let (a, b) = (size(a), size(b));
+            a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+        };
+        let smallest = self.memberships.groups().iter().rev().min_by(|a, b| by_size(a, b)).copied();
         if let Some(id) = smallest {
             self.retire(id, GroupRetiredReason::TooManyGroups);
         }
     }
 
-    fn retire(&mut self, id: GroupId, reason: GroupRetiredReason) {
+    pub(super) fn retire(&mut self, id: GroupId, reason: GroupRetiredReason) {
         self.events.push(Event::of_group(EventKind::GroupRetired(reason), id));
         for track_index in 0..self.grouped_track().len() {
             match self.grouped_track()[track_index].membership {
@@ -99,8 +103,8 @@ impl Grouping<'_> {
         }
     }
 
-    /// Periodic regrouping. A group is retired if its UAVs could cover at least 50 % more targets, and at least two
-    /// more, by forming a group of its own targets and ungrouped ones. It is also retired if its UAVs could cover any
+    /// Periodic regrouping, in which a target counts by its priority. A group is retired if its UAVs could cover at least
+    /// 50 % more targets, and at least two more, by forming a group of its own targets and ungrouped ones. It is also retired if its UAVs could cover any
     /// other targets and a neighbour's orbit can contain its own targets, too. Only targets count that its UAVs can
     /// bring within sensing range soon. With groups as needed, the gain must be worth it ([`Self::is_worth_a_group`]),
     /// and the retirement of a group whose members fit into others comes first, because its UAV can then cover others.
@@ -117,40 +121,37 @@ impl Grouping<'_> {
         self.state.next_regrouping = self.now + Duration::from_s(period_s);
         let by_need = self.params.group.count == GroupCount::AsNeeded;
         if by_need
-            && (!self.is_worth_a_group(self.coverable_together(GroupedTrack::is_ungrouped).len())
+            && (!self.is_worth_a_group(self.priority(self.coverable_together(GroupedTrack::is_ungrouped).into_iter()))
                 || self.retire_redundant_group())
         {
             return;
         }
-        let mut best: Option<(usize, f64, GroupId, Position, GroupRetiredReason)> = None;
+        let mut best: Option<(f64, f64, GroupId, Position, GroupRetiredReason)> = None;
         let (places, ungrouped) = (self.group_places(), self.ungrouped_grid());
         for &id in self.memberships.groups() {
             let Some(from) = self.required_by(id).map(|required| required.centre()) else { continue };
-            let members = self.members(id).count();
+            let members = self.priority(self.members(id));
             let into = self.first_group_with_room(id, &places);
             let together = self.coverable_together(|known| {
                 let is_own = into.is_none() && known.membership == Membership::Member(id);
                 is_own || (known.is_ungrouped() && self.is_soon_in_view(known, from))
             });
-            let together = together.len();
+            let (count, together) = (together.len() as u32, self.priority(together.into_iter()));
             let (gain, reason) = match into {
                 Some(into) => {
                     let is_worth_it = !by_need || self.is_worth_a_group(together);
-                    let reason = GroupRetiredReason::Merged { into, coverable_targets: together as u32 };
-                    (if is_worth_it { together } else { 0 }, reason)
+                    let reason = GroupRetiredReason::Merged { into, coverable_targets: count };
+                    (if is_worth_it { together } else { 0.0 }, reason)
                 }
                 None => {
-                    let gain = together.saturating_sub(members);
-                    let is_worth_it = gain >= 2 && 2 * gain >= members;
-                    (
-                        if is_worth_it { gain } else { 0 },
-                        GroupRetiredReason::BetterCoverage { together: together as u32 },
-                    )
+                    let gain = together - members;
+                    let is_worth_it = gain >= 2.0 && 2.0 * gain >= members;
+                    (if is_worth_it { gain } else { 0.0 }, GroupRetiredReason::BetterCoverage { together: count })
                 }
             };
             let away_m2 = if by_need { distance_m2(&ungrouped, from) } else { f64::INFINITY };
-            let (most, nearest_m2) = best.map_or((0, f64::INFINITY), |(most, nearest_m2, ..)| (most, nearest_m2));
-            if gain > most || (gain > 0 && gain == most && away_m2 < nearest_m2) {
+            let (most, nearest_m2) = best.map_or((0.0, f64::INFINITY), |(most, nearest_m2, ..)| (most, nearest_m2));
+            if gain > most || (gain > 0.0 && gain == most && away_m2 < nearest_m2) {
                 best = Some((gain, away_m2, id, from, reason));
             }
         }
@@ -163,11 +164,11 @@ impl Grouping<'_> {
         }
     }
 
-    /// True if this number of ungrouped targets on one orbit justifies moving a UAV from a group that others can
+    /// True if ungrouped targets of this total priority on one orbit justify moving a UAV from a group that others can
     /// contain: two, or a tenth of all targets. For one of many targets, the flight took as long as the additional
     /// coverage lasted: with 8 UAVs over 30 cars, nothing was gained and the standoff error grew by half.
-    fn is_worth_a_group(&self, together: usize) -> bool {
-        together >= 2 || 10 * together >= self.live()
+    fn is_worth_a_group(&self, together: f64) -> bool {
+        together >= 2.0 || 10.0 * together >= self.live() as f64
     }
 
     /// Index of the ungrouped targets.
@@ -202,7 +203,7 @@ impl Grouping<'_> {
     }
 
     /// True if UAVs around `from` can bring the target within sensing range in time, even if it drives away.
-    fn is_soon_in_view(&self, known: &GroupedTrack, from: Position) -> bool {
+    pub(super) fn is_soon_in_view(&self, known: &GroupedTrack, from: Position) -> bool {
         let closing_m_s = (self.params.uav.speed_m_s - known.speed_m_s()).max(0.0);
         let reach_m = self.params.track.sensor.sensing_range_m + self.params.group.assignment_reach_s * closing_m_s;
         known.position().squared_distance_m2(from) <= reach_m * reach_m
@@ -221,7 +222,7 @@ impl Grouping<'_> {
         })
     }
 
-    /// Indices of the largest set of eligible targets that one orbit around one of them could contain. Targets faster
+    /// Indices of the set of eligible targets with the highest total priority that one orbit around one of them could contain. Targets faster
     /// than the UAVs are not eligible.
     fn coverable_together(&self, is_eligible: impl Fn(&GroupedTrack) -> bool) -> Vec<usize> {
         self.coverable_of(&self.neighbourhoods(is_eligible))
@@ -233,7 +234,8 @@ impl Grouping<'_> {
         let limit_m_s = self.params.uav.speed_max_m_s();
         let track_indices = self.track_indices(|known| is_eligible(known) && known.speed_m_s() <= limit_m_s);
         let positions = self.positions(&track_indices);
-        Neighbourhoods::new(track_indices, positions, reach_m)
+        let priorities = track_indices.iter().map(|track_index| self.grouped_track()[*track_index].priority).collect();
+        Neighbourhoods::new(track_indices, positions, priorities, reach_m)
     }
 
     /// Indices of the largest set of these targets that one orbit around one of them could contain.
@@ -243,7 +245,8 @@ impl Grouping<'_> {
             if required.has_room(&self.params.group) || track_indices.len() == 1 {
                 break;
             }
-            let target = self.removal_candidate(track_indices.iter().copied(), &required);
+            let limit_m = self.params.group.readmission_radius_fraction * self.params.group.standoff.radius_max_m;
+            let target = self.removal_candidate(track_indices.iter().copied(), &required, limit_m);
             track_indices.retain(|track_index| *track_index != target);
         }
         track_indices
@@ -273,7 +276,7 @@ impl Grouping<'_> {
     }
 
     /// Creates a group of the targets with these indices.
-    fn create(&mut self, track_indices: &[usize]) {
+    pub(super) fn create(&mut self, track_indices: &[usize]) {
         let id = self.memberships.new_group(self.now, track_indices.iter().copied());
         for track_index in track_indices {
             // With groups as needed, the UAVs have yet to arrive, so that the targets are not members until then.

@@ -3,25 +3,31 @@
 use crate::frame::Position;
 use crate::grid::Grid;
 
-/// Targets with the number of targets near each of them.
+/// Targets with the total priority of the targets near each of them.
 pub(super) struct Neighbourhoods {
     reach_m: f64,
     /// Indices of the targets, ascending.
     track_indices: Vec<usize>,
     positions: Vec<Position>,
+    /// Priorities of the remaining targets; 0 for a target that was removed.
+    priorities: Vec<f64>,
     grid: Grid,
-    /// Number of remaining targets within reach of each target, itself included; 0 for a target that was removed.
-    counts: Vec<usize>,
+    /// Sum of the priorities within reach of each target, its own included.
+    sums: Vec<f64>,
 }
 
 impl Neighbourhoods {
-    /// Counts the neighbours of these targets within `reach_m`.
-    pub(super) fn new(track_indices: Vec<usize>, positions: Vec<Position>, reach_m: f64) -> Self {
+    /// Sums the priorities of the neighbours of these targets within `reach_m`.
+    pub(super) fn new(track_indices: Vec<usize>, positions: Vec<Position>, priorities: Vec<f64>, reach_m: f64) -> Self {
         let grid = Grid::of(positions.iter().copied(), 0.5 * reach_m);
-        let mut neighbourhoods = Self { reach_m, track_indices, positions, grid, counts: Vec::new() };
+        let mut neighbourhoods = Self { reach_m, track_indices, positions, priorities, grid, sums: Vec::new() };
         let all = 0..neighbourhoods.positions.len();
-        neighbourhoods.counts = all.map(|index| neighbourhoods.near(index).count()).collect();
+        neighbourhoods.sums = all.map(|index| neighbourhoods.sum(index)).collect();
         neighbourhoods
+    }
+
+    fn sum(&self, index: usize) -> f64 {
+        self.near(index).map(|other| self.priorities[other]).sum()
     }
 
     /// Positions within reach of a target, its own included, in no particular order.
@@ -32,16 +38,16 @@ impl Neighbourhoods {
         self.grid.near(centre, self.reach_m).filter(is_near)
     }
 
-    /// Indices of the targets within reach of the one that has most of them, of ties the first; ascending.
+    /// Indices of the targets within reach of the one with the highest sum, of ties the first; ascending.
     pub(super) fn largest(&self) -> Vec<usize> {
         let mut best = None;
-        for (index, count) in self.counts.iter().enumerate() {
-            if *count > best.map_or(0, |(_, most)| most) {
-                best = Some((index, *count));
+        for (index, sum) in self.sums.iter().enumerate().filter(|(index, _)| self.priorities[*index] > 0.0) {
+            if best.is_none_or(|(_, highest)| *sum > highest) {
+                best = Some((index, *sum));
             }
         }
         let Some((centre, _)) = best else { return Vec::new() };
-        let near = self.near(centre).filter(|index| self.counts[*index] > 0);
+        let near = self.near(centre).filter(|index| self.priorities[*index] > 0.0);
         let mut largest: Vec<usize> = near.map(|index| self.track_indices[index]).collect();
         largest.sort_unstable();
         largest
@@ -50,9 +56,10 @@ impl Neighbourhoods {
     /// Removes a target.
     pub(super) fn remove(&mut self, track_index: usize) {
         let Ok(index) = self.track_indices.binary_search(&track_index) else { return };
-        if core::mem::take(&mut self.counts[index]) > 0 {
+        if core::mem::take(&mut self.priorities[index]) > 0.0 {
+            // Differences of sums would accumulate rounding errors.
             let near: Vec<usize> = self.near(index).collect();
-            near.into_iter().for_each(|other| self.counts[other] = self.counts[other].saturating_sub(1));
+            near.into_iter().for_each(|other| self.sums[other] = self.sum(other));
         }
     }
 }
@@ -73,7 +80,9 @@ mod tests {
         }
         let mut left: Vec<usize> = (0..150).collect();
         let new = |left: &[usize]| {
-            Neighbourhoods::new(left.to_vec(), left.iter().map(|index| positions[*index]).collect(), 300.0)
+            let at = |index: &usize| positions[*index];
+            let priorities = left.iter().map(|index| if index % 7 == 0 { 0.3 } else { 1.7 }).collect();
+            Neighbourhoods::new(left.to_vec(), left.iter().map(at).collect(), priorities, 300.0)
         };
         let mut neighbourhoods = new(&left);
         while !left.is_empty() {

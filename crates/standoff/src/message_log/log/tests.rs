@@ -59,6 +59,7 @@ fn cue(label: u32, step: i64) -> Cue {
         velocity: Velocity::ZERO,
         position_sd_m: 20.0,
         velocity_sd_m_s: 3.0,
+        priority: None,
     }
 }
 

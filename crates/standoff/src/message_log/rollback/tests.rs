@@ -50,6 +50,7 @@ fn cue(label: u32, step: i64) -> Cue {
         velocity: Velocity::from_m_s(6.0, 2.0),
         position_sd_m: 20.0,
         velocity_sd_m_s: 2.0,
+        priority: None,
     }
 }
 

@@ -1,0 +1,60 @@
+//! Displacement: a target of high priority takes the place of others.
+
+use crate::coordination::event::{Event, EventKind, GroupRetiredReason};
+use crate::coordination::grouping::Grouping;
+use crate::group_id::GroupId;
+
+impl Grouping<'_> {
+    /// Assigns a UAV to each ungrouped target whose priority exceeds the total priority of the targets that the UAV then
+    /// cannot cover any more, those of the highest priority first. If some members of its group stay together with the
+    /// target, the group admits it, and removes the others; otherwise a new group replaces the old one.
+    pub(super) fn displace(&mut self) {
+        let least = self.grouped_track().iter().filter(|known| known.home().is_some()).map(|known| known.priority);
+        let least = least.fold(f64::INFINITY, f64::min);
+        let mut ungrouped: Vec<usize> = (0..self.grouped_track().len())
+            .filter(|index| {
+                let known = &self.grouped_track()[*index];
+                known.is_ungrouped() && known.priority > least && known.speed_m_s() <= self.params.uav.speed_max_m_s()
+            })
+            .collect();
+        let priority = |index: &usize| self.grouped_track()[*index].priority;
+        ungrouped.sort_by(|a, b| priority(b).total_cmp(&priority(a)));
+        for target in ungrouped {
+            let gains = self.memberships.groups().iter().filter_map(|id| Some((self.gain(*id, target)?, *id)));
+            let best = gains.reduce(|best, one| if one.0.0 > best.0.0 { one } else { best });
+            if let Some(((_, joins), id)) = best {
+                if joins {
+                    self.events.push(Event::of_track(EventKind::Admitted, self.track(target), Some(id)));
+                    self.admit_into(target, id);
+                } else {
+                    self.retire(id, GroupRetiredReason::BetterCoverage { together: 1 });
+                    self.create(&[target]);
+                }
+            }
+        }
+    }
+
+    /// Total priority that a group gains if it covers the target and only those of its members that fit, and whether
+    /// there are any; `None` without a gain, or if its UAVs cannot bring the target within sensing range soon.
+    fn gain(&self, id: GroupId, target: usize) -> Option<(f64, bool)> {
+        let known = &self.grouped_track()[target];
+        let centre = self.required_by(id)?.centre();
+        if self.state.retiring == Some(id)
+            || known.is_blocked_from(id, self.now)
+            || !self.is_soon_in_view(known, centre)
+        {
+            return None;
+        }
+        let limit_m = self.params.group.readmission_radius_fraction * self.params.group.standoff.radius_max_m;
+        let mut kept: Vec<usize> = self.members(id).chain([target]).collect();
+        while kept.len() > 1
+            && let Some(required) = self.required(kept.iter().copied())
+            && required.standoff.unclamped_m > limit_m
+        {
+            let removed = self.removal_candidate(kept.iter().copied(), &required, limit_m);
+            kept.retain(|index| *index != removed);
+        }
+        let gain = self.priority(kept.iter().copied()) - self.priority(self.members(id));
+        (kept.contains(&target) && gain > 0.0).then_some((gain, kept.len() > 1))
+    }
+}
