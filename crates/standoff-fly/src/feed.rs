@@ -198,7 +198,7 @@ mod tests {
             "position_sd_m": 20, "velocity_sd_m_s": 2}}"#;
         let Ok(FeedLine::Cue(cue)) = FeedLine::parse(cue) else { panic!("a valid cue") };
         assert!((cue.velocity.y_m_s() + 6.7).abs() < 1e-9 && cue.velocity.x_m_s().abs() < 1e-9);
-        assert_eq!((cue.label, cue.point_deg), (None, [47.4, 8.5]));
+        assert_eq!((cue.label, cue.point_deg, cue.priority), (None, [47.4, 8.5], None));
     }
 
     #[test]
@@ -218,6 +218,11 @@ mod tests {
             (
                 r#"{"scan": {"detections": [{"range_m": 1e999, "bearing_deg": 0}]}}"#,
                 "line of the feed: number out of range",
+            ),
+            (
+                r#"{"cue": {"latitude_deg": 47.4, "longitude_deg": 8.5, "course_deg": 180, "speed_m_s": 6.7,
+                    "position_sd_m": 20, "velocity_sd_m_s": 2, "priority": 0}}"#,
+                "cue.priority = 0: must be at least 0.01 and at most 100",
             ),
             (r#"{"scan": {"age_s": 11, "detections": []}}"#, "scan.age_s = 11: must be at least 0 and at most 10"),
         ] {

@@ -117,7 +117,8 @@ fn measure(size: (u32, u32), latency_s: f64, runs: u64, repetitions: u32) {
 /// Flies a mission; returns its metrics and the times of the agents' steps, in the order of the steps.
 fn fly(scenario: &Scenario) -> (Metrics, Vec<Duration>) {
     let settings = &scenario.settings;
-    let controller = team_controller(settings.agents, settings.team, settings.geofence.clone(), scenario.uavs.len());
+    let controller =
+        team_controller(settings.agents, settings.team, settings.geofence.clone(), Vec::new(), scenario.uavs.len());
     let controller = controller.expect("a loaded scenario has valid parameters");
     let mut steps = Vec::new();
     let timed = Timed { controller, steps: &mut steps, step: vec![Duration::ZERO; scenario.uavs.len()] };

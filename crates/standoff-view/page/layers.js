@@ -8,7 +8,7 @@ const LAYERS = [
   ["buildings", "Buildings", "Buildings that hide targets from the sensors; darker if they are higher", drawBuildings],
   ["grid", "Grid and scale", "Grid lines at round distances; the scale bar at the lower left is one grid step", drawGrid],
   ["wind", "Wind", "Arrow at the lower left: direction of the wind, as the mean at the UAVs", drawWind],
-  ["zones", "Zones", "Keep-out zones (hatched) and keep-in zones (dashed outline) of the geofence", drawZones],
+  ["zones", "Zones", "Keep-out zones (hatched) and keep-in zones (dashed outline) of the geofence, and areas of interest (dotted outline)", drawZones],
   ["truth", "True targets", "True positions of the targets, which the UAVs do not know", drawTruth],
   ["target-trails", "Target trails", `Positions of the target tracks during the last ${TRAIL_S} s, in the colour of the group`,
     drawTargetTrails],

@@ -53,6 +53,7 @@ const LEGEND_ENTRIES = [
   ["buildings", "Building that hides targets, darker if it is higher", [drawBuildings], { buildings: [{ height_m: 20, rings_m: [SAMPLE_SQUARE] }] }],
   ["zones", "Keep-out zone", [drawZones], { zones: [{ kind: "keep-out", corners_m: SAMPLE_SQUARE }] }],
   ["zones", "Keep-in zone", [drawZones], { zones: [{ kind: "keep-in", corners_m: SAMPLE_SQUARE }] }],
+  ["zones", "Area of interest", [drawZones], { zones: [{ kind: "area-of-interest", corners_m: SAMPLE_SQUARE }] }],
   ["radio", "Both UAVs receive each other's reports", [drawRadio], sampleLink("alive", "alive")],
   ["radio", "Only the UAV at the tip receives reports", [drawRadio], sampleLink("silent", "alive")],
   ["radio", "Neither UAV receives reports", [drawRadio], sampleLink("silent", "silent")],

@@ -90,9 +90,10 @@ function cardContents(run, object) {
   if (object.kind === "target") {
     const target = { ...one, name };
     const more = one.tracked ? factsOf([null, ...TARGET_DETAILS], target) : [];
+    const priority = ["Priority", String(replayData.head.priorities?.[one.id] ?? ""), "How much the target counts, without areas of interest", "priority"];
     const blind = ["Blind to", blindTargetText(replayData, one), "UAVs that have the target in view but rarely detect it: its true radial speed over ground, which is given, is " +
       "below the minimum detectable velocity (MDV)", "blind"];
-    return { title, what: "Target", facts: [...factsOf(TARGET_COLUMNS, target), ...more, blind] };
+    return { title, what: "Target", facts: [...factsOf(TARGET_COLUMNS, target), ...more, priority, blind] };
   }
   if (object.kind === "tentative") return tentativeCard(one);
   if (object.kind === "detection") return detectionCard(replayData, one);

@@ -1,4 +1,4 @@
-// Geofence zones. Keep-out and keep-in zones differ by hatching and outline, not by colour alone.
+// Geofence zones and areas of interest. They differ by hatching and outline, not by colour alone.
 
 /** Distance between lines of the hatching, px. */
 const HATCH_PX = 9;
@@ -23,7 +23,7 @@ function drawZones(map, { ctx }) {
     if (isOut) hatch(ctx, camera, outline, corners, faded(colour, 0.3));
     ctx.strokeStyle = faded(colour, 0.9);
     ctx.lineWidth = 1.5;
-    ctx.setLineDash(isOut ? [] : [8, 5]);
+    ctx.setLineDash({ "keep-out": [], "keep-in": [8, 5] }[zone.kind] ?? [2, 3]);
     outline();
     ctx.stroke();
     ctx.setLineDash([]);

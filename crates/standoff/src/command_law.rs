@@ -413,15 +413,15 @@ impl CommandLaw<'_> {
         let members = self.team_state.members_of(group.id);
         let own = members.clone().filter(|known| known.membership.group() == Some(group.id));
         let state = |known: &GroupedTrack| known.estimate().state;
-        let with_variance = |known: &GroupedTrack| {
+        let weighed = |known: &GroupedTrack| {
             let sd_m = known.estimate().position_sd_max_m();
-            (state(known), sd_m * sd_m)
+            (state(known), sd_m * sd_m, known.priority)
         };
         let fits_rad = self.params.track.sensor.field_of_view_rad;
         // Members of the group come first; targets in handoff to it follow once the orbit has room for all.
         angular_midpoint(uav, centre.position, members.map(state), fits_rad)
             .or_else(|| angular_midpoint(uav, centre.position, own.clone().map(state), fits_rad))
-            .or_else(|| angular_midpoint_of_most(uav, own.map(with_variance), fits_rad))
+            .or_else(|| angular_midpoint_of_most(uav, own.map(weighed), fits_rad))
             .or(Some(centre))
     }
 

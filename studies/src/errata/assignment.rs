@@ -104,8 +104,10 @@ impl World {
             .zip(&self.uavs)
             .map(|(id, &position)| AvailableUav { uav: UavId(id), position, current_group: None })
             .collect();
-        let sites: Vec<CandidateGroup<'_>> =
-            (0..).zip(&self.groups).map(|(id, members)| CandidateGroup { group: GroupId(id), members, priorities: &[] }).collect();
+        let sites: Vec<CandidateGroup<'_>> = (0..)
+            .zip(&self.groups)
+            .map(|(id, members)| CandidateGroup { group: GroupId(id), members, priorities: &[] })
+            .collect();
         assign(&uavs, &sites, &self.sensor, objective, TeamParams::paper().group.assignment_switching_cost)
     }
 

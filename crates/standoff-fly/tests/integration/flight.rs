@@ -1,10 +1,10 @@
 //! Flights of the agent with the double of the vehicle.
 
-use crate::common::flight::{Flight, config};
-use crate::common::plane::{GUIDED, LOITER, RTL};
+use crate::common::flight::{Flight, config, local_plane};
+use crate::common::plane::{GUIDED, LOITER, RTL, cue_line};
 use mavlink::dialects::ardupilotmega::MavCmd;
 use standoff::math;
-use standoff::{BankParams, Duration, LinkModel, Position, UavId};
+use standoff::{BankParams, Duration, LinkModel, Position, TargetLabel, UavId};
 use standoff_fly::authority::{Condition, State, StopReason};
 use standoff_fly::config::{Config, Steer};
 use standoff_fly::flight_record::FlightRecorder;
@@ -148,6 +148,23 @@ fn a_program_that_was_late_by_more_than_1_s_stops() {
     };
     assert!([Condition::OnTime, Condition::Target].contains(&condition), "{condition}");
     assert_stopped(&mut flight, condition);
+}
+
+/// A cue without a priority leaves it unchanged.
+#[test]
+fn a_cue_changes_the_priority_of_a_known_target() {
+    let mut flight = Flight::new(config(), None);
+    flight.fly(20.0);
+    let priority =
+        |flight: &Flight| flight.companion.agent().team_state().track_by_label(TargetLabel(0)).unwrap().priority;
+    assert_eq!(priority(&flight), 1.0);
+    let line = cue_line(&local_plane(), flight.target.position).replace("\"label\"", "\"priority\": 7, \"label\"");
+    flight.companion.hear_feed(flight.now(), &line).unwrap();
+    flight.fly(1.0);
+    assert_eq!(priority(&flight), 7.0);
+    flight.cue();
+    flight.fly(1.0);
+    assert_eq!(priority(&flight), 7.0);
 }
 
 #[test]

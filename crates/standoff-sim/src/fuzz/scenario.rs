@@ -51,7 +51,7 @@ fn check(problem: &Problem) {
 
 /// Loads and draws a scenario; returns whether it was accepted.
 fn try_one(text: &str) -> bool {
-    if let Err(error) = Settings::of_record("file", text) {
+    if let Err(error) = Settings::of_record("file", text, &[]) {
         error.problems.iter().for_each(check);
     }
     let drawn = ScenarioTemplate::of_text("file", text, &[]).and_then(|template| template.draw(1));

@@ -567,7 +567,7 @@ mod tests {
         assert_eq!(zones, [("airfield", "keep-out"), ("", "keep-in")]);
         let drawn_m = geofence.zones().next().unwrap().vertices[2].y_m();
         assert!((400.0..500.0).contains(&drawn_m));
-        let of_record = super::Settings::of_record("r", &scenario.resolved().unwrap()).unwrap();
+        let of_record = super::Settings::of_record("r", &scenario.resolved().unwrap(), &[]).unwrap();
         assert_eq!(&of_record.geofence, geofence);
         assert_eq!(scenario.warnings, [""; 0]);
         // A scenario without zones does not mention them.
@@ -663,7 +663,7 @@ mod tests {
         let small = of_toml(mast, folder.path()).unwrap_err();
         assert!(small.contains("if it is that small, set its `coordinates`"), "{small}");
         let of_mast = of_toml(&format!("{mast}coordinates = \"metres\""), folder.path()).unwrap();
-        let of_record = super::Settings::of_record("r", &of_mast.resolved().unwrap()).unwrap();
+        let of_record = super::Settings::of_record("r", &of_mast.resolved().unwrap(), &[]).unwrap();
         assert_eq!(of_record.geofence, of_mast.settings.geofence);
         let degrees = of_toml(&format!("{mast}coordinates = \"degrees\""), folder.path()).unwrap_err();
         assert!(degrees.contains("`vertices`, `x_m` and `y_m` are metres"), "{degrees}");
@@ -750,7 +750,7 @@ mod tests {
             let toml = format!("[[geofence]]\nkind = \"{kind}\"\nfile = \"z.geojson\"\n[[geofence]]\n{other}");
             let scenario = of_toml(&toml, folder.path()).unwrap();
             let resolved = scenario.resolved().unwrap();
-            assert_eq!(super::Settings::of_record("r", &resolved).unwrap().geofence, scenario.settings.geofence);
+            assert_eq!(super::Settings::of_record("r", &resolved, &[]).unwrap().geofence, scenario.settings.geofence);
             let zone = |zone: &standoff::Zone| (zone.kind.name(), zone.vertices.len(), zone.part_of);
             let zones: Vec<_> = scenario.settings.geofence.zones().map(zone).collect();
             (zones, scenario.settings.geofence.clone())
@@ -872,7 +872,7 @@ mod tests {
         assert!(zones.iter().all(|zone| zone.name == "area"));
         let resolved = scenario.resolved().unwrap();
         assert!(resolved.contains("radius_m = 200") && !resolved.contains("plan"), "{resolved}");
-        assert_eq!(super::Settings::of_record("r", &resolved).unwrap().geofence, scenario.settings.geofence);
+        assert_eq!(super::Settings::of_record("r", &resolved, &[]).unwrap().geofence, scenario.settings.geofence);
         for (from, to, expected) in [
             ("\"inclusion\": true", "\"inclusion\": 1", "geoFence: polygons.0.inclusion must be true or false"),
             ("\"version\": 2", "\"version\": 3", "geoFence: version = 3: must be 2; save the plan again"),
@@ -1049,7 +1049,7 @@ mod tests {
                 }
             }
             let resolved = scenario.resolved().unwrap();
-            assert_eq!(&super::Settings::of_record("r", &resolved).unwrap().geofence, geofence);
+            assert_eq!(&super::Settings::of_record("r", &resolved, &[]).unwrap().geofence, geofence);
         }
         let drawn = typed("[[geofence]]\nx_m = { uniform = [2000, 3000] }\ny_m = 0\nradius_m = 100").unwrap();
         assert!((2000.0..3000.0).contains(&drawn.file.geofence[0].x_m.unwrap()));
@@ -1092,7 +1092,7 @@ mod tests {
         assert!(limits[0].0 == Some(0.0) && limits[0].1.is_some_and(|drawn_m| (100.0..200.0).contains(&drawn_m)));
         assert_eq!(limits[1..], [(Some(450.0), None), (None, None)]);
         let resolved = scenario.resolved().unwrap();
-        assert_eq!(super::Settings::of_record("r", &resolved).unwrap().geofence, scenario.settings.geofence);
+        assert_eq!(super::Settings::of_record("r", &resolved, &[]).unwrap().geofence, scenario.settings.geofence);
         assert_eq!(resolved.matches("altitude_min_m").count(), 2);
         for (limits, expected) in [
             ("altitude_max_m = -1", "mine:3:1: geofence.0.altitude_max_m = -1: must be at least 0 and at most 100000"),

@@ -86,3 +86,63 @@ pub(super) fn priorities(tables: &[schema_types::Priority], names: &[String], pr
     }
     priorities
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use standoff::Position;
+
+    use super::super::{Overrides, Scenario, ScenarioTemplate, Settings};
+    use super::*;
+    use crate::common::overrides;
+
+    fn load(toml: &str, folder: &Path) -> Result<Scenario, String> {
+        let template = ScenarioTemplate::of_toml("mine", toml, &Overrides::default(), folder);
+        template.and_then(|template| template.draw(1)).map_err(|error| error.to_string())
+    }
+
+    /// The traffic file gives priorities to two vehicles, and the scenario another one to one of them. The record
+    /// contains all of them.
+    #[test]
+    fn priorities_of_the_traffic_file_are_spelt_out_unless_the_scenario_names_the_target() {
+        let folder = tempfile::tempdir().unwrap();
+        let csv = "t,id,x,y,priority\n0,a,0,0,3\n0,b,9,0,7\n0,c,9,9,\n9,a,9,0,3\n9,b,9,0,7\n9,c,0,9,\n";
+        std::fs::write(folder.path().join("cars.csv"), csv).unwrap();
+        let area = "[[priorities]]\npriority = 2\nx_m = 500\ny_m = 0\nradius_m = 100\n";
+        let named = "[[priorities]]\npriority = 5\ntargets = [\"b\"]\n";
+        let scenario = load(&format!("[traffic]\nfile = \"cars.csv\"\n{area}{named}"), folder.path()).unwrap();
+        let priorities = &scenario.settings.priorities;
+        assert_eq!(priorities.of_target, BTreeMap::from([(0, 3.0), (1, 5.0)]));
+        let at = |target, x_m| priorities.at(target, Position::from_m(x_m, 0.0));
+        assert_eq!([at(0, 0.0), at(1, 590.0), at(2, 590.0), at(2, 610.0)], [3.0, 5.0, 2.0, 1.0]);
+        let names = ["a", "b", "c"].map(str::to_owned);
+        let of_record = Settings::of_record("r", &scenario.resolved().unwrap(), &names).unwrap();
+        assert_eq!(of_record.priorities, scenario.settings.priorities);
+        let replaced = Overrides { traffic: vec![folder.path().join("cars.csv")], ..overrides(&[]) };
+        let toml = format!("{area}[targets.random]\n");
+        let other = ScenarioTemplate::of_toml("mine", &toml, &replaced, Path::new("")).unwrap().draw(1).unwrap();
+        assert!(other.settings.priorities.areas.is_empty(), "areas are of another place");
+        assert!(!other.settings.priorities.is_empty(), "priorities of the file remain");
+    }
+
+    #[test]
+    fn wrong_priorities_are_refused_at_their_key() {
+        for (table, expected) in [
+            ("targets = [\"target-0\"]", "priorities.0.priority: is missing; must be 0.01 to 100"),
+            ("priority = 0", "priorities.0.priority = 0: must be at least 0.01 and at most 100"),
+            ("priority = 101", "priorities.0.priority = 101: must be at least 0.01 and at most 100"),
+            ("priority = 2", "priorities.0: must have `targets`, `vertices`, or `x_m`, `y_m` and `radius_m`"),
+            (
+                "priority = 2\ntargets = [\"target-1\"]",
+                "priorities.0.targets.0: \"target-1\" is not the name of a target; did you mean `target-0`?",
+            ),
+            ("priority = 2\nx_m = 3", "priorities.0: a circle needs `x_m`, `y_m` and `radius_m`"),
+            ("priority = 2\nvertices = [[0, 0], [9, 0]]", "priorities.0.vertices: has 2 different vertices"),
+            ("priority = 2\nvertices = [[0, 0], [9], [9, 9]]", "priorities.0.vertices.1: must be [east, north], m"),
+        ] {
+            let error = load(&format!("[[targets.start]]\n[[priorities]]\n{table}\n"), Path::new("")).unwrap_err();
+            assert!(error.starts_with("mine:") && error.contains(expected), "{error}");
+        }
+    }
+}

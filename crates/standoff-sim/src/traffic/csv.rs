@@ -426,6 +426,23 @@ mod tests {
         read(text).unwrap_err().to_string()
     }
 
+    /// Of several values, the highest counts, wherever it is; a blank one has no effect.
+    #[test]
+    fn a_column_gives_priorities() {
+        let traffic = read("t,id,x,y,Priority\n0,a,0,0,\n0,b,9,9,2\n1,a,1,0,0.5\n1,b,9,9,7.5\n1,c,5,5,nan\n").unwrap();
+        let of: Vec<_> = traffic.vehicles.iter().map(|vehicle| (vehicle.name(), vehicle.priority)).collect();
+        assert_eq!(of, [("a", Some(0.5)), ("b", Some(7.5)), ("c", None)]);
+        let without = read("t,id,x,y\n0,a,0,0\n0,b,9,9\n1,a,1,0\n1,b,9,9\n1,c,5,5\n").unwrap();
+        assert_ne!(without.crc32(), traffic.crc32());
+        assert_eq!(
+            error("t,id,x,y,priority\n0,a,0,0,101\n"),
+            "f.csv:2:9: vehicle \"a\": priority = \"101\" is out of range; 0.01 to 100; leave it blank for 1"
+        );
+        assert!(
+            error("t,id,x,y,priority\n0,a,0,0,high\n").starts_with("f.csv:2:9: vehicle \"a\": priority = \"high\" is")
+        );
+    }
+
     #[test]
     fn a_table_is_read() {
         let traffic = read(

@@ -224,6 +224,16 @@ mod tests {
     }
 
     #[test]
+    fn an_attribute_gives_priorities() {
+        let vehicle = |priority: &str| step(&format!("<vehicle id=\"a\" x=\"3\" y=\"4\" priority=\"{priority}\"/>"));
+        assert_eq!([vehicle("5"), vehicle("")].map(|traffic| traffic.unwrap().vehicles[0].priority), [Some(5.0), None]);
+        assert_eq!(
+            vehicle("0").unwrap_err().to_string(),
+            "f.xml:2:29: vehicle \"a\": priority = \"0\" is out of range; 0.01 to 100; leave it blank for 1"
+        );
+    }
+
+    #[test]
     fn a_file_is_read() {
         let traffic = read(
             "<?xml version=\"1.0\"?>\r\n<!-- made by sumo -->\r\n<fcd-export>\r\n<timestep time=\"1250.00\">\r\n\

@@ -189,6 +189,7 @@ mod tests {
                 kind: text(kind),
                 lane: text(lane),
                 edge: text(edge),
+                priority: (vehicle == "car").then_some(5.0),
             })
             .collect();
         table.push(&mut rows).unwrap();
@@ -219,6 +220,11 @@ mod tests {
             assert_eq!(names(&[0], Persons::Ignored), ["car", "p1"]);
             assert_eq!(names(&[0, 1, 2], Persons::Included), ["car", "p0", "p1"]);
             assert_eq!(names(&[], Persons::Ignored), ["car", "p0", "p1"]);
+        }
+        for optional in OPTIONAL {
+            write(&path, &ELEMENTS[0], optional, &rows);
+            let car = &read_traffic(&path, &Options::default()).unwrap().vehicles[0];
+            assert_eq!(car.priority, optional.contains(&3).then_some(5.0), "{optional:?}");
         }
     }
 

@@ -46,8 +46,7 @@ pub(super) const GPX_AXES: [Quantity; 2] = [
     Quantity { advice: "correct the point or remove it", ..LATITUDE },
 ];
 /// Priority of a vehicle.
-pub(super) const PRIORITY: Quantity =
-    Quantity { low: 0.01, high: 100.0, unit: "(1: like the others)", advice: "leave it blank for 1" };
+pub(super) const PRIORITY: Quantity = Quantity { low: 0.01, high: 100.0, unit: "", advice: "leave it blank for 1" };
 /// Returns the quantities of x and y.
 pub(super) fn axes(coordinates: Coordinates) -> [Quantity; 2] {
     match coordinates {
@@ -104,7 +103,8 @@ impl Quantity {
             }
             None => ("is not a number", *advice),
         };
-        Err(format!("{key} = {} {wrong}; {low} to {high} {unit}; {advice}", quoted(text)))
+        let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
+        Err(format!("{key} = {} {wrong}; {low} to {high}{unit}; {advice}", quoted(text)))
     }
 }
 

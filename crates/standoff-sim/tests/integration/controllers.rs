@@ -133,6 +133,7 @@ fn product(scenario: &Scenario) -> Box<dyn Controller> {
         AgentSetup::Shared,
         scenario.settings.team,
         scenario.settings.geofence.clone(),
+        Vec::new(),
         scenario.uavs.len(),
     )
     .unwrap()

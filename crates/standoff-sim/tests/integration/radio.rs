@@ -515,6 +515,7 @@ fn radio_without_faults_changes_no_bit() {
                 AgentSetup::PerUav,
                 plain.settings.team,
                 plain.settings.geofence.clone(),
+                Vec::new(),
                 plain.uavs.len(),
             )
             .unwrap();
@@ -584,9 +585,14 @@ fn restarted_agent_has_an_empty_state_and_the_next_restart_count() {
     let restart = |uavs: usize| {
         let fault = "uavs.restart = [{ uav = 0, at_s = 20, down_s = 5 }]";
         let scenario = team(uavs, fault);
-        let inner =
-            team_controller(AgentSetup::PerUav, scenario.settings.team, scenario.settings.geofence.clone(), uavs)
-                .unwrap();
+        let inner = team_controller(
+            AgentSetup::PerUav,
+            scenario.settings.team,
+            scenario.settings.geofence.clone(),
+            Vec::new(),
+            uavs,
+        )
+        .unwrap();
         let restart_counts: Rc<RefCell<Vec<(u32, u32)>>> = Rc::default();
         let mut mission =
             Mission::with_controller(&scenario, Spy { inner, restart_counts: Rc::clone(&restart_counts) }).unwrap();
@@ -738,6 +744,11 @@ fn no_report_counts_twice_under_any_radio_fault() {
         &["radio.packet_loss=0.2", "uavs.restart=[{uav=0,at_s=30,down_s=10}, {uav=2,at_s=50.2,down_s=0.1}]"],
         &["uavs.boot_delay_s={uniform=[0, 20]}", "radio.packet_loss=0.2"],
         &["geofence=[{vertices=[[100,100],[900,100],[900,900],[100,900]]}]", "radio.packet_loss=0.2"],
+        &[
+            "priorities=[{priority=9,targets=[\"target-1\"]},{priority=3,x_m=0,y_m=0,radius_m=300}]",
+            "radio.packet_loss=0.2",
+            "uavs.restart=[{uav=0,at_s=30,down_s=10}]",
+        ],
     ];
     for fault in faults {
         for seed in 1..3 {
@@ -770,6 +781,14 @@ fn record_of_several_agents_gives_the_scores_of_the_flight() {
         [[targets.start]]
         [[targets.start]]
         x_m = 900.0
+        [[priorities]]
+        priority = 5
+        targets = [\"target-1\"]
+        [[priorities]]
+        priority = 2
+        x_m = 0
+        y_m = 0
+        radius_m = 20
         ";
     let scenario = scenario(&format!("uavs.count = 3\nuavs.boot_delay_s = {{ uniform = [0, 5] }}\n{faults}"));
     assert_eq!(scenario.settings.faults_end_s, Some(40.0), "faults that end after the mission do not count");
@@ -785,13 +804,14 @@ fn record_of_several_agents_gives_the_scores_of_the_flight() {
     }
     writer.finish().unwrap();
     let record = Record::open(&dir).unwrap();
-    let settings = Settings::of_record("mine", record.scenario_toml()).unwrap();
+    let settings = Settings::of_record("mine", record.scenario_toml(), record.target_names()).unwrap();
     let mut read = Scorer::new(settings.score_config(), choice);
     record.frames().unwrap().for_each(|frame| read.frame(&frame.unwrap()));
     assert_eq!(flown.metrics(), read.metrics());
     let metrics = read.metrics();
     assert!(metrics["assignment_disagreement_fraction"] > Some(0.0) && metrics["sent_bytes_per_s"] > Some(0.0));
     assert!(metrics["reconvergence_time_s"].is_some());
+    assert!(metrics["priority_custody_fraction"].is_some_and(|fraction| fraction > 0.5));
     let Comparison { compared, differ, double_counted } = compare_while_flying(&scenario);
     assert!(compared > 0 && (differ, double_counted) == (0, 0), "{compared}, {differ}, {double_counted}");
     // Without faults, and with faults that do not end, there is no end time.

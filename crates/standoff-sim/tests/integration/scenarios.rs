@@ -358,7 +358,7 @@ fn overshooting_euler_step_is_refused_at_the_lag_or_the_integrator() {
     }
     // A record with such values, from a version that allowed them, can still be read.
     let flown = drawn(&text.replace("euler", "exact")).unwrap().resolved().unwrap().replace("\"exact\"", "\"euler\"");
-    assert_eq!(Settings::of_record("record", &flown).unwrap().team.uav.speed_lag_s, 0.4);
+    assert_eq!(Settings::of_record("record", &flown, &[]).unwrap().team.uav.speed_lag_s, 0.4);
 }
 
 /// A ring around targets at the limit of allowed positions extends beyond it: such a record can still be read.
@@ -367,7 +367,7 @@ fn record_with_distant_starts_can_be_read() {
     let text = "[uavs]\ncount = 2\n[uavs.start_ring]\nradius_m = 1e6\n[[targets.start]]\nx_m = 1e7\n";
     let flown = load(text).unwrap();
     assert!(flown.uavs[0].position.x_m() > 1e7);
-    assert_eq!(Settings::of_record("record", &flown.resolved().unwrap()).unwrap(), flown.settings);
+    assert_eq!(Settings::of_record("record", &flown.resolved().unwrap(), &[]).unwrap(), flown.settings);
 }
 
 #[test]

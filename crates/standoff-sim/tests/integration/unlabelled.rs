@@ -45,7 +45,8 @@ impl Controller for Reversed {
 
 fn reversed(scenario: &Scenario) -> Result<Vec<Frame>, Vec<ParamError>> {
     let settings = &scenario.settings;
-    let controller = team_controller(settings.agents, settings.team, settings.geofence.clone(), scenario.uavs.len())?;
+    let controller =
+        team_controller(settings.agents, settings.team, settings.geofence.clone(), Vec::new(), scenario.uavs.len())?;
     let mut mission = Mission::with_controller(scenario, Reversed(controller))?;
     Ok(std::iter::from_fn(|| mission.frame().cloned()).collect())
 }

@@ -1,7 +1,9 @@
 //! Head of a replay: the properties of the run.
 
+use std::collections::BTreeMap;
+
 use serde::{Serialize, Serializer};
-use standoff::{Position, Zone};
+use standoff::{AreaOfInterest, Position, Zone};
 use standoff_io::geodesy::Origin;
 use standoff_record::Manifest;
 use standoff_score::{Alarm, Building, Gap};
@@ -46,9 +48,12 @@ pub struct Head {
     /// Buildings that hide targets.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub buildings: Vec<Prism>,
-    /// Keep-out and keep-in zones.
+    /// Keep-out and keep-in zones, and areas of interest.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub zones: Vec<Outline>,
+    /// Priorities of targets by id; 1 for all others.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub priorities: BTreeMap<u32, f64>,
     /// True if collision avoidance is on.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub has_separation: bool,
@@ -102,7 +107,7 @@ impl Prism {
 pub struct Outline {
     /// Name of the zone. It may come from an untrusted file, so the page shows it as plain text.
     pub name: String,
-    /// `keep-out` or `keep-in`.
+    /// `keep-out`, `keep-in` or `area-of-interest`.
     pub kind: &'static str,
     /// Vertices, east and north, m.
     pub corners_m: Vec<[f64; 2]>,
@@ -116,10 +121,19 @@ pub struct Outline {
 
 impl Outline {
     fn of(zone: &Zone) -> Self {
-        let corners_m = zone.vertices.iter().map(|at| [at.x_m(), at.y_m()]).collect();
+        let corners_m = corners_m(&zone.vertices);
         let (altitude_min_m, altitude_max_m) = (zone.altitude_min_m, zone.altitude_max_m);
         Self { name: zone.name.clone(), kind: zone.kind.name(), corners_m, altitude_min_m, altitude_max_m }
     }
+
+    fn of_area(area: &AreaOfInterest) -> Self {
+        let (name, corners_m) = (format!("priority {}", area.priority), corners_m(&area.vertices));
+        Self { name, kind: "area-of-interest", corners_m, altitude_min_m: None, altitude_max_m: None }
+    }
+}
+
+fn corners_m(vertices: &[Position]) -> Vec<[f64; 2]> {
+    vertices.iter().map(|at| [at.x_m(), at.y_m()]).collect()
 }
 
 /// Returns the longest ones, in their order.
@@ -165,6 +179,7 @@ impl Head {
     /// Makes the head of a run without results.
     #[must_use]
     pub fn new(manifest: &Manifest, limits: Setup, targets: Vec<String>) -> Self {
+        let areas = limits.rules.priorities.areas.iter().map(Outline::of_area);
         Self {
             format: FORMAT,
             scenario: manifest.scenario.clone(),
@@ -176,7 +191,8 @@ impl Head {
             period_s: manifest.period_s,
             origin: manifest.origin,
             buildings: limits.rules.buildings.all().iter().map(Prism::of).collect(),
-            zones: limits.rules.geofence.zones().map(Outline::of).collect(),
+            zones: limits.rules.geofence.zones().map(Outline::of).chain(areas).collect(),
+            priorities: limits.rules.priorities.of_target.clone(),
             has_separation: limits.rules.has_separation,
             has_wind: limits.rules.has_wind,
             limits,

@@ -81,7 +81,7 @@ pub struct Assignment {
 /// The result is exact for up to `EXACT_UAVS_MAX` UAVs. Otherwise, it comes from a search of bounded length that starts
 /// from the current groups of the UAVs, and breaks ties arbitrarily but identically in every run.
 ///
-/// `switching_cost` is the switching cost of a UAV under the default objective, in ln det per target of its current
+/// `switching_cost` is the switching cost of a UAV under the default objective, in ln det per target (of priority 1) of its current
 /// group.
 pub fn assign(
     uavs: &[AvailableUav],

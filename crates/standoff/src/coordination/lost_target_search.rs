@@ -392,6 +392,23 @@ mod tests {
         assert_eq!(world(&[300.0, -300.0], lost(1, 900.0, 0.0, 102.0)).settle().0, [(0, 1)]);
     }
 
+    /// The only UAV leaves its group, of priority 1, for a lost target of higher priority, and the nearer target waits.
+    #[test]
+    fn a_lost_target_of_high_priority_counts_more_than_a_group() {
+        let searches = |priority: f64| {
+            let mut world = World::new(&[300.0]);
+            world.memberships.start(lost(1, 900.0, 0.0, 0.0));
+            world.memberships.start(lost(2, 1000.0, 0.0, 0.0));
+            assert!(world.memberships.restore_priorities(&[(TrackId(1), 0.9), (TrackId(2), priority)]));
+            world.memberships.update_priorities(&[]);
+            let searches = world.settle().0;
+            assert_eq!(world.settle().0, searches);
+            searches
+        };
+        assert_eq!(searches(1.1), [(0, 2)]);
+        assert_eq!(searches(0.5), []);
+    }
+
     #[test]
     fn a_search_ends_if_the_target_is_found_or_out_of_reach_or_a_group_needs_the_uav() {
         let searching = |tracks: &[Track]| {

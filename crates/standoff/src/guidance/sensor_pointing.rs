@@ -1,5 +1,5 @@
 //! Sensor pointing: a UAV points its sensor at the middle of the angular extent of its group's members. If they do not
-//! all fit into the field of view, it points at the middle of the largest set that fits.
+//! all fit into the field of view, it points at the middle of the set with the highest total priority that fits.
 //!
 //! The middle minimises the largest off-boresight angle of the members. Let L and R be the outermost two members, at
 //! distances l and r from the UAV. The boresight meets the line between them in the point Q that divides it in the
@@ -64,15 +64,15 @@ pub(crate) fn angular_midpoint(
     (look.position.is_finite() && look.velocity.is_finite()).then_some(look)
 }
 
-/// Middle of the largest set of targets that fits into the field of view of a UAV. Of equally large sets, the one with
-/// the largest total position variance is used, so that targets out of view are looked at next. If the variances are
-/// equal too, the nearest set is used. Each target is given with its position variance, m2. `None` if the field of view
-/// is half a turn or more, or if there are no targets.
+/// Middle of the set of targets with the highest total priority that fits into the field of view of a UAV. Of equal
+/// sets, the one with the largest total position variance is used, so that targets out of view are looked at next. If
+/// the variances are equal too, the nearest set is used. Each target is given with its position variance, m2, and its
+/// priority. `None` if the field of view is half a turn or more, or if there are no targets.
 ///
 /// In an optimal set one target can be at the right edge of the field of view, so each target is tried there.
 pub(crate) fn angular_midpoint_of_most(
     uav: &UavState,
-    targets: impl Iterator<Item = (TargetState, f64)> + Clone,
+    targets: impl Iterator<Item = (TargetState, f64, f64)> + Clone,
     field_of_view_rad: f64,
 ) -> Option<PointingTarget> {
     if field_of_view_rad >= math::PI {
@@ -87,31 +87,31 @@ pub(crate) fn angular_midpoint_of_most(
     let fitting = |right: TargetState| {
         let right_rel_uav = target_rel_uav(&right);
         let left_edge = to_left_edge * right_rel_uav;
-        targets.clone().filter(move |(target, _)| {
+        targets.clone().filter(move |(target, ..)| {
             let target_rel_uav = target_rel_uav(target);
             right_rel_uav.perp(&target_rel_uav) >= 0.0 && target_rel_uav.perp(&left_edge) >= 0.0
         })
     };
-    let mut best: Option<(usize, f64, f64, TargetState)> = None;
-    for (right, _) in targets.clone() {
-        let (count, variance_m2, distance_m2) =
-            fitting(right).fold((0, 0.0, 0.0), |(count, variance_m2, distance_m2), (target, m2)| {
-                (count + 1, variance_m2 + m2, distance_m2 + target_rel_uav(&target).norm_squared())
+    let mut best: Option<(f64, f64, f64, TargetState)> = None;
+    for (right, ..) in targets.clone() {
+        let (priority, variance_m2, distance_m2) =
+            fitting(right).fold((0.0, 0.0, 0.0), |(sum, variance_m2, distance_m2), (target, m2, priority)| {
+                (sum + priority, variance_m2 + m2, distance_m2 + target_rel_uav(&target).norm_squared())
             });
-        let is_better = best.is_none_or(|(best_count, best_m2, nearest_m2, _)| {
+        let is_better = best.is_none_or(|(highest, best_m2, nearest_m2, _)| {
             // Rounding must not decide between equal variances.
             let is_equal = (variance_m2 - best_m2).abs() <= 1e-9 * best_m2;
-            count > best_count
-                || (count == best_count && if is_equal { distance_m2 < nearest_m2 } else { variance_m2 > best_m2 })
+            priority > highest
+                || (priority == highest && if is_equal { distance_m2 < nearest_m2 } else { variance_m2 > best_m2 })
         });
         if is_better {
-            best = Some((count, variance_m2, distance_m2, right));
+            best = Some((priority, variance_m2, distance_m2, right));
         }
     }
     let (.., right) = best?;
     let ahead = turned_by(0.5 * field_of_view_rad) * target_rel_uav(&right);
     let ahead = uav.position + Displacement::from_m(ahead.x, ahead.y);
-    angular_midpoint(uav, ahead, fitting(right).map(|(target, _)| target), math::PI)
+    angular_midpoint(uav, ahead, fitting(right).map(|(target, ..)| target), math::PI)
 }
 
 #[cfg(test)]
@@ -169,7 +169,7 @@ mod tests {
     #[test]
     fn the_largest_set_that_fits_is_preferred_and_of_equal_sets_the_most_uncertain() {
         let look_deg = |targets: &[(f64, f64)]| {
-            let targets = targets.iter().map(|(bearing_deg, m2)| (at_deg(300.0, *bearing_deg, (0.0, 0.0)), *m2));
+            let targets = targets.iter().map(|(bearing_deg, m2)| (at_deg(300.0, *bearing_deg, (0.0, 0.0)), *m2, 1.0));
             let look = angular_midpoint_of_most(&UAV, targets, 70f64.to_radians()).unwrap();
             look.boresight(UAV.position, Duration::ZERO).rad().to_degrees()
         };
@@ -179,7 +179,7 @@ mod tests {
         assert!(near(look_deg(&[(-50.0, 25.0), (-40.0, 1.0), (-30.0, 1.0), (45.0, 900.0)]), -40.0));
         // Equal variances: the nearer two, in any order of the targets.
         let near_and_far = [(-60.0, 300.0), (-40.0, 300.0), (50.0, 250.0), (60.0, 250.0)]
-            .map(|(bearing_deg, distance_m)| (at_deg(distance_m, bearing_deg, (0.0, 0.0)), 4.0));
+            .map(|(bearing_deg, distance_m)| (at_deg(distance_m, bearing_deg, (0.0, 0.0)), 4.0, 1.0));
         for targets in [near_and_far, {
             let [a, b, c, d] = near_and_far;
             [d, c, b, a]
@@ -190,7 +190,7 @@ mod tests {
         // Targets on both sides of +-180 degrees, and targets all around.
         assert!(near(look_deg(&[(170.0, 1.0), (-150.0, 1.0), (0.0, 400.0)]), -170.0));
         assert!(near(look_deg(&[(0.0, 1.0), (120.0, 9.0), (-120.0, 4.0)]), 120.0));
-        let one = [(at_deg(300.0, 0.0, (0.0, 0.0)), 1.0)];
+        let one = [(at_deg(300.0, 0.0, (0.0, 0.0)), 1.0, 1.0)];
         assert!(angular_midpoint_of_most(&UAV, one.into_iter(), math::PI).is_none());
         assert!(angular_midpoint_of_most(&UAV, [].into_iter(), 1.0).is_none());
     }

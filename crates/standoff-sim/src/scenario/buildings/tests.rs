@@ -56,7 +56,7 @@ fn a_record_has_the_buildings_and_needs_no_file() {
     assert_eq!(town.settings.buildings.all().len(), 300);
     let resolved = town.resolved().unwrap();
     assert!(!resolved.contains("town.poly.xml"), "{resolved}");
-    let of_record = Settings::of_record("r", &resolved).unwrap();
+    let of_record = Settings::of_record("r", &resolved, &[]).unwrap();
     assert_eq!(of_record.buildings, town.settings.buildings);
     assert_eq!(of_record.score_config().buildings, town.settings.buildings);
     let again = ScenarioTemplate::of_text("r", &resolved, &[]).and_then(|template| template.draw(1)).unwrap();

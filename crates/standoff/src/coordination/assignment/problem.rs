@@ -113,7 +113,7 @@ impl Problem {
                 .iter()
                 .map(|uav| site.members.iter().map(|target| information_of(uav.position, target)).collect())
                 .collect();
-            let staying = in_millionths(switching_cost * site.members.len() as f64);
+            let staying = in_millionths(switching_cost * site.priority());
             let switching_cost =
                 uavs.iter().map(|uav| if uav.current_group == Some(site.group) { staying } else { 0 }).collect();
             Some(Candidate {

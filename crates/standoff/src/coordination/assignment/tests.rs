@@ -320,3 +320,27 @@ fn uavs_are_not_reassigned_for_a_small_gain() {
     (world.uavs[0].position, world.uavs[1].position) = (at(-200.0)[0], at(200.0)[0]);
     assert_eq!(world.groups_assigned(Objective::LogDet), [0, 1]);
 }
+
+/// One UAV covers the group of higher total priority. One of three UAVs improves the position of the target of high
+/// priority, although a third one at the other group would provide more information.
+#[test]
+fn priorities_weigh_the_information_about_targets() {
+    let place = |x_m: f64| Position::from_m(x_m, 0.0);
+    let (near, far) = (vec![place(0.0), place(10.0)], vec![place(1000.0)]);
+    let groups_assigned = |uavs: &[f64], priorities: [&[f64]; 2]| {
+        let uavs: Vec<_> = (0..).zip(uavs).map(|(id, x_m)| available(id, place(*x_m))).collect();
+        let members = [&near, &far].into_iter().zip(priorities);
+        let sites: Vec<_> = (0..)
+            .map(GroupId)
+            .zip(members)
+            .map(|(group, (members, priorities))| CandidateGroup { group, members, priorities })
+            .collect();
+        let assignments = assign(&uavs, &sites, &sensor(), Objective::LogDet, INERTIA);
+        assignments.iter().map(|assignment| assignment.group.0).collect::<Vec<_>>()
+    };
+    assert_eq!(groups_assigned(&[300.0], [&[], &[]]), [0]);
+    assert_eq!(groups_assigned(&[300.0], [&[1.0, 1.0], &[2.5]]), [1]);
+    let third = [-300.0, 400.0, 1300.0];
+    assert_eq!(groups_assigned(&third, [&[], &[]]), [0, 0, 1]);
+    assert_eq!(groups_assigned(&third, [&[1.0, 1.0], &[9.0]]), [0, 1, 1]);
+}

@@ -111,6 +111,14 @@ impl World {
         Group::create(id, self.memberships.tracks(), self.memberships.of(id), &self.params).unwrap()
     }
 
+    /// Sets the priorities of some targets.
+    fn with_priorities(mut self, priorities: &[(u64, f64)]) -> Self {
+        let priorities: Vec<_> = priorities.iter().map(|(id, priority)| (TrackId(*id), *priority)).collect();
+        assert!(self.memberships.restore_priorities(&priorities));
+        self.memberships.update_priorities(&[]);
+        self
+    }
+
     /// Assigns every UAV to the group whose index is half the UAV's id.
     fn in_pairs(mut self) -> Self {
         self.serves = self.team.iter().map(|teammate| Some(teammate.uav.0 / 2)).collect();
@@ -195,6 +203,52 @@ fn the_target_that_widens_the_orbit_most_is_removed() {
         (row(RemovalRule::FurthestFromCentre, &even), row(RemovalRule::LargestRadiusReduction, &even)),
         (vec![2], vec![2])
     );
+}
+
+/// An orbit contains targets up to 700 m apart. The order of removal is used that keeps the higher total priority.
+#[test]
+fn the_lower_total_priority_is_removed() {
+    let removed = |x_m: &[f64], priority: f64, removal| {
+        let mut world = World::new(2, x_m).with_priorities(&[(0, priority)]);
+        (world.params.group.centre, world.params.group.removal) = (CentreEstimate::EnclosingCircle, removal);
+        let removed = world.settle().into_iter().filter(|event| event.kind.name() == "removed");
+        removed.filter_map(|event| event.track).map(|track| track.0).collect::<Vec<_>>()
+    };
+    let isolated = [0.0, 500.0, 600.0, 690.0, 800.0];
+    let distant = [0.0, 800.0, 810.0, 820.0, 830.0];
+    for rule in [RemovalRule::LargestRadiusReduction, RemovalRule::FurthestFromCentre] {
+        assert_eq!(removed(&isolated, 1.5, rule), [4]);
+        assert_eq!(removed(&distant, 3.0, rule), [0]);
+        let mut others = removed(&distant, 5.0, rule);
+        others.sort_unstable();
+        assert_eq!(others, [1, 2, 3, 4]);
+        // A target of low priority is removed although another one widens the orbit more.
+        assert_eq!(removed(&[690.0, 0.0, 10.0, 500.0, 800.0], 0.5, rule), [4, 0]);
+    }
+}
+
+/// A group admits a target of higher priority in the place of one that then does not fit. A target far from all members
+/// gets a new group only if its priority exceeds theirs.
+#[test]
+fn a_target_displaces_others_of_lower_total_priority() {
+    let settled = |x_m: f64, priority: f64| {
+        let mut world = World::new(1, &[-300.0, 0.0, 20.0]);
+        world.params.group.centre = CentreEstimate::EnclosingCircle;
+        world.params.group.count = GroupCount::AsNeeded;
+        world.settle();
+        world.serves = vec![Some(0)];
+        world.appear(3, x_m);
+        let mut world = world.with_priorities(&[(3, priority)]);
+        (world.kinds(), world.groups())
+    };
+    let (kinds, groups) = settled(500.0, 1.0);
+    assert_eq!((kinds, groups), (vec![""; 0], vec![(0, vec![0, 1, 2])]));
+    assert_eq!(settled(500.0, 1.5), (vec!["admitted", "removed"], vec![(0, vec![1, 2, 3])]));
+    assert_eq!(settled(1500.0, 3.0).1, [(0, vec![0, 1, 2])]);
+    let (kinds, groups) = settled(1500.0, 3.5);
+    assert_eq!((kinds[0], groups), ("group-retired", vec![(1, vec![3])]));
+    // UAVs cannot bring it within sensing range soon.
+    assert_eq!(settled(110_000.0, 3.5).1, [(0, vec![0, 1, 2])]);
 }
 
 /// Checks section IV.B.2, convergence rule: a group whose orbit has diverged for long enough removes its furthest

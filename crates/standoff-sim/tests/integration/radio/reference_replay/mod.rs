@@ -8,9 +8,9 @@ use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 
 use standoff::{
-    Agent, AgentOutput, Angle, Cue, Detection, Displacement, Duration, Geofence, Message, Observation, Position,
-    RangeBearingMeasurement, Report, Scan, TargetLabel, TeamAgent, TeamParams, TeamState, Time, UavId, UavState,
-    Velocity,
+    Agent, AgentOutput, Angle, AreaOfInterest, Cue, Detection, Displacement, Duration, Geofence, Message, Observation,
+    Position, RangeBearingMeasurement, Report, Scan, TargetLabel, TeamAgent, TeamParams, TeamState, Time, UavId,
+    UavState, Velocity,
 };
 use standoff_sim::controller::Controller;
 use standoff_sim::run::Mission;
@@ -23,10 +23,11 @@ const COVARIANCE_TOLERANCE: f64 = 1e-9;
 /// the built-in controller.
 pub(super) fn compare_while_flying(scenario: &Scenario) -> Comparison {
     let (team, geofence) = (scenario.settings.team, scenario.settings.geofence.clone());
-    let agent = |uav| (Agent::new(uav, team).unwrap().with_geofence(geofence.clone()).unwrap(), None);
+    let areas = scenario.settings.priorities.areas.clone();
+    let agent = |uav| (new_agent(uav, team, &geofence, &areas), None);
     let mut controller = ComparedAgents {
         agents: (0..).map(UavId).take(scenario.uavs.len()).map(agent).collect(),
-        references: scenario.uavs.iter().map(|_| ReferenceReplay::new(team, geofence.clone())).collect(),
+        references: scenario.uavs.iter().map(|_| ReferenceReplay::new(team, geofence.clone(), areas.clone())).collect(),
         comparison: Comparison::default(),
     };
     let mut built_in = Mission::new(scenario).unwrap();
@@ -35,6 +36,11 @@ pub(super) fn compare_while_flying(scenario: &Scenario) -> Comparison {
         assert_eq!(Some(&frame.uavs), built_in.frame().map(|frame| &frame.uavs));
     }
     controller.comparison
+}
+
+fn new_agent(uav: UavId, team: TeamParams, geofence: &Geofence, areas: &[AreaOfInterest]) -> Agent {
+    let agent = Agent::new(uav, team).and_then(|agent| agent.with_geofence(geofence.clone()));
+    agent.and_then(|agent| agent.with_areas_of_interest(areas.to_vec())).unwrap()
 }
 
 /// Numbers of compared states, of those that differ from the reference in at least one bit, and of those that contain
@@ -57,9 +63,9 @@ struct ComparedAgents {
 impl Controller for &mut ComparedAgents {
     fn restart(&mut self, uav: UavId, restart_count: u32) {
         let index = uav.0 as usize;
-        let ReferenceReplay { team, geofence, .. } = &self.references[index];
-        let new = ReferenceReplay::new(*team, geofence.clone());
-        let agent = Agent::new(uav, *team).unwrap().with_geofence(geofence.clone()).unwrap();
+        let ReferenceReplay { team, geofence, areas, .. } = &self.references[index];
+        let new = ReferenceReplay::new(*team, geofence.clone(), areas.clone());
+        let agent = new_agent(uav, *team, geofence, areas);
         (self.agents[index], self.references[index]) = ((agent.with_restart_count(restart_count), None), new);
     }
 
@@ -98,6 +104,7 @@ impl Controller for &mut ComparedAgents {
 struct ReferenceReplay {
     team: TeamParams,
     geofence: Geofence,
+    areas: Vec<AreaOfInterest>,
     period: Duration,
     /// Number of periods for which an agent keeps messages.
     kept: i64,
@@ -140,7 +147,7 @@ impl Before {
 }
 
 impl ReferenceReplay {
-    fn new(team: TeamParams, geofence: Geofence) -> Self {
+    fn new(team: TeamParams, geofence: Geofence, areas: Vec<AreaOfInterest>) -> Self {
         let period = Duration::from_s(team.log.period_s);
         let periods = |s: f64| (s / team.log.period_s).ceil() as i64;
         Self {
@@ -148,8 +155,11 @@ impl ReferenceReplay {
             period,
             kept: periods(team.log.message_retention_s) + 2,
             early: periods(team.teammate_timeout_s),
-            fleet: TeamAgent::new(team).unwrap().with_geofence(geofence.clone()).unwrap(),
+            fleet: TeamAgent::new(team)
+                .and_then(|fleet| fleet.with_geofence(geofence.clone())?.with_areas_of_interest(areas.clone()))
+                .unwrap(),
             geofence,
+            areas,
             began: None,
             now: None,
             replayed_until: None,
@@ -279,7 +289,7 @@ fn holds_more(team_state: &TeamState, other: &TeamState) -> bool {
 fn compared(withheld: Option<i64>) -> Vec<Comparison> {
     let team = TeamParams::paper();
     let mut agents = [0, 1].map(|uav| Agent::new(UavId(uav), team).unwrap());
-    let mut reference = ReferenceReplay::new(team, Geofence::default());
+    let mut reference = ReferenceReplay::new(team, Geofence::default(), Vec::new());
     let mut comparison = Comparison::default();
     let cue = Message::Cue(Cue {
         source: 0,
@@ -291,6 +301,7 @@ fn compared(withheld: Option<i64>) -> Vec<Comparison> {
         velocity: Velocity::ZERO,
         position_sd_m: 20.0,
         velocity_sd_m_s: 2.0,
+        priority: None,
     });
     let look = |step: i64| {
         let now = Time::from_us(step * 500_000);
