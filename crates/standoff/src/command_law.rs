@@ -418,8 +418,14 @@ impl CommandLaw<'_> {
             (state(known), sd_m * sd_m, known.priority)
         };
         let fits_rad = self.params.track.sensor.field_of_view_rad;
-        // Members of the group come first; targets in handoff to it follow once the orbit has room for all.
+        // Members of the group come first; targets in handoff to it follow once the orbit has room for all. If they differ
+        // in priority, those that no other group has in view count like members.
+        let priorities = || members.clone().map(|known| known.priority);
+        let are_equal = priorities().all(|priority| Some(priority) == priorities().next());
+        let alone =
+            members.clone().filter(|known| !are_equal && known.membership.group().is_none_or(|of| of == group.id));
         angular_midpoint(uav, centre.position, members.map(state), fits_rad)
+            .or_else(|| angular_midpoint_of_most(uav, alone.map(weighed), fits_rad))
             .or_else(|| angular_midpoint(uav, centre.position, own.clone().map(state), fits_rad))
             .or_else(|| angular_midpoint_of_most(uav, own.map(weighed), fits_rad))
             .or(Some(centre))

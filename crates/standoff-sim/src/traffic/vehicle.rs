@@ -193,7 +193,7 @@ mod tests {
 
     fn vehicle(samples: &[(i64, f64, f64)], gap_us: i64) -> Vehicle {
         let samples = samples.iter().map(|&(time_us, x, y)| Sample { time_us, x, y });
-        Vehicle::new("v".to_string(), samples.collect(), Gaps { limit_us: gap_us, ..Gaps::default() })
+        Vehicle::new("v".to_string(), None, samples.collect(), Gaps { limit_us: gap_us, ..Gaps::default() })
     }
 
     fn state(x_m: f64, y_m: f64, vx_m_s: f64, vy_m_s: f64) -> Option<VehicleState> {
@@ -238,7 +238,7 @@ mod tests {
         let sample = |time_us, x| Sample { time_us, x, y: 0.0 };
         let gaps = Gaps { limit_us: 10_000_000, breaks_us: vec![2_000_000, 4_000_000] };
         let samples = vec![sample(0, 0.0), sample(2_000_000, 20.0), sample(4_000_000, 20.5)];
-        let vehicle = Vehicle::new("v".to_string(), samples, gaps);
+        let vehicle = Vehicle::new("v".to_string(), None, samples, gaps);
         assert_eq!([1_000_000, 3_000_000].map(|time_us| vehicle.at(time_us).is_some()), [false, true]);
         assert_eq!(vehicle.at(0).unwrap().vx_m_s, 0.0, "no slope reaches into the next segment");
     }

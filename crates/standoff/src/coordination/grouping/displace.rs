@@ -22,8 +22,8 @@ impl Grouping<'_> {
         for target in ungrouped {
             let gains = self.memberships.groups().iter().filter_map(|id| Some((self.gain(*id, target)?, *id)));
             let best = gains.reduce(|best, one| if one.0.0 > best.0.0 { one } else { best });
-            if let Some(((_, joins), id)) = best {
-                if joins {
+            if let Some(((_, kept), id)) = best {
+                if kept.len() > 1 {
                     self.events.push(Event::of_track(EventKind::Admitted, self.track(target), Some(id)));
                     self.admit_into(target, id);
                 } else {
@@ -34,10 +34,13 @@ impl Grouping<'_> {
         }
     }
 
-    /// Total priority that a group gains if it covers the target and only those of its members that fit, and whether
-    /// there are any; `None` without a gain, or if its UAVs cannot bring the target within sensing range soon.
-    fn gain(&self, id: GroupId, target: usize) -> Option<(f64, bool)> {
+    /// Total priority that a group gains if the target displaces members of lower priority, and the targets that it then
+    /// covers; `None` without a gain, or if its UAVs cannot bring the target within sensing range soon.
+    pub(super) fn gain(&self, id: GroupId, target: usize) -> Option<(f64, Vec<usize>)> {
         let known = &self.grouped_track()[target];
+        if self.members(id).all(|member| self.grouped_track()[member].priority >= known.priority) {
+            return None;
+        }
         let centre = self.required_by(id)?.centre();
         if self.state.retiring == Some(id)
             || known.is_blocked_from(id, self.now)
@@ -55,6 +58,6 @@ impl Grouping<'_> {
             kept.retain(|index| *index != removed);
         }
         let gain = self.priority(kept.iter().copied()) - self.priority(self.members(id));
-        (kept.contains(&target) && gain > 0.0).then_some((gain, kept.len() > 1))
+        (kept.contains(&target) && gain > 0.0).then_some((gain, kept))
     }
 }

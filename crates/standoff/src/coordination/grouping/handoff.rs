@@ -62,14 +62,15 @@ impl Grouping<'_> {
         self.buffers.groups = groups;
     }
 
-    /// Starts a handoff, if the receiving group has room.
+    /// Starts a handoff, if the receiving group has room, or if the target displaces members of it.
     ///
     /// Implements section IV.B.1, with the dwell (34).
     pub(super) fn start_handoff(&mut self, track_index: usize, from: GroupId, to: GroupId) {
         if self.grouped_track()[track_index].is_blocked_from(to, self.now) {
             return;
         }
-        let Some(required) = self.has_room(to, track_index) else { return };
+        let displaced = || self.required(self.gain(to, track_index)?.1.into_iter());
+        let Some(required) = self.has_room(to, track_index).or_else(displaced) else { return };
         let (group, guidance) = (&self.params.group, &self.params.guidance);
         let uavs = self.uavs(to).map(|teammate| teammate.state.position);
         let (orbit, speed_m_s) = (required.orbit(), self.params.uav.speed_m_s);
