@@ -35,14 +35,14 @@ pub enum ExportFormat {
 pub struct ExportOptions {
     /// Origin of the local plane, for a record without one.
     pub origin: Option<Origin>,
-    /// Wall-clock time of the start of the mission.
-    pub begin: DateTime<Utc>,
+    /// Wall-clock time of the start of the mission, for a record without one. `None`: the start of 1970.
+    pub begin: Option<DateTime<Utc>>,
     /// Time between two outlines of an orbit, a field of view or an uncertainty, s.
     pub interval_s: f64,
 }
 
 impl Export {
-    /// Reads a recorded run. Fails if it has no origin and `options` have none.
+    /// Reads a recorded run. Fails if it has no origin and `options` have none, or if it has what they give.
     pub fn of(record: &Record, options: &ExportOptions) -> Result<Self, Failure> {
         let manifest = record.manifest();
         let origin = match (manifest.origin, options.origin) {
@@ -51,9 +51,15 @@ impl Export {
             }
             (Some(origin), None) | (None, Some(origin)) => origin,
             (None, None) => {
-                let what = "the coordinates of this run are metres without a place on the Earth; give --origin LAT,LON";
+                let what = "the coordinates of this run are metres without a place on the Earth; give --origin LATITUDE,LONGITUDE";
                 return Err(Failure::Input(what.to_owned()));
             }
+        };
+        let begin = match (manifest.begin_unix_us, options.begin) {
+            (Some(_), Some(_)) => {
+                return Err(Failure::Input("--begin: the record has its own time; leave the option out".to_owned()));
+            }
+            (known_us, given) => known_us.and_then(DateTime::from_timestamp_micros).or(given).unwrap_or_default(),
         };
         let plane = origin.plane().map_err(|error| Failure::Input(format!("--origin: {error}")))?;
         let settings = settings_of(record)?;
@@ -61,7 +67,7 @@ impl Export {
         for frame in record.frames().map_err(of_record)? {
             reader.frame(&frame.map_err(of_record)?)?;
         }
-        Ok(reader.finish(manifest.title(), options.begin))
+        Ok(reader.finish(manifest.title(), begin))
     }
 
     /// Returns the run as text in a format.

@@ -38,7 +38,12 @@ pub fn has_older_run(scenario: &Scenario, out: &Path) -> Result<bool, Failure> {
 pub fn manifest(scenario: &Scenario) -> Manifest {
     let Settings { duration, period, .. } = scenario.settings;
     let manifest = Manifest::new(&scenario.name, scenario.seed, duration.s(), period.s());
-    Manifest { origin: scenario.origin(), traffic_unit: scenario.traffic_unit(), ..manifest }
+    Manifest {
+        origin: scenario.origin(),
+        traffic_unit: scenario.traffic_unit(),
+        begin_unix_us: scenario.begin_unix_us(),
+        ..manifest
+    }
 }
 
 /// Flies a scenario's mission and writes its record to `out`, frame by frame; calls `look` with every frame. Stops at

@@ -38,9 +38,9 @@ pub(crate) struct Args {
     /// Place of the coordinates 0, 0 of a run in metres, degrees.
     #[arg(long, value_name = "LATITUDE,LONGITUDE", value_parser = pair, allow_hyphen_values = true)]
     origin: Option<[f64; 2]>,
-    /// Wall-clock time of the start of the run, with its offset from UTC.
-    #[arg(long, value_name = "TIME", default_value = "1970-01-01T00:00:00Z", value_parser = time)]
-    begin: DateTime<Utc>,
+    /// Wall-clock time of the start of a run without it, with its offset from UTC [default: 1970-01-01T00:00:00Z].
+    #[arg(long, value_name = "TIME", value_parser = time)]
+    begin: Option<DateTime<Utc>>,
     /// Time between two outlines of an orbit, a field of view or an uncertainty, s; 0.1 to 3600.
     #[arg(long, value_name = "SECONDS", default_value_t = 10.0, value_parser = interval)]
     every: f64,

@@ -233,6 +233,8 @@ fn begin_record(args: &Args, scenario: &Scenario) -> Result<Option<(FlightRecord
     let period = scenario.settings.period;
     let manifest = Manifest {
         origin: Some(Origin { latitude_deg, longitude_deg }),
+        // The recorder replaces it by the time of the first frame.
+        begin_unix_us: Some(0),
         ..Manifest::new(&scenario.name, scenario.seed, scenario.settings.duration.s(), period.s())
     };
     let writer = args.out.as_deref().map(|out| create_record(out, &manifest, scenario)).transpose()?;

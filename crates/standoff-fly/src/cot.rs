@@ -11,6 +11,7 @@ use standoff_io::geodesy::LocalPlane;
 use standoff_record::{Frame, TrackRow, UavRow};
 
 use crate::period::is_due;
+use crate::team_clock::unix_us;
 use crate::transport::resolve;
 
 /// Shortest time between two sets of events.
@@ -36,19 +37,17 @@ pub(crate) struct CotSender {
     socket: UdpSocket,
     to: SocketAddr,
     plane: LocalPlane,
-    /// Zero of the team's time, s of UNIX time.
-    epoch_unix_s: i64,
     sent_at: Option<Time>,
 }
 
 impl CotSender {
-    pub(crate) fn open(to: &str, plane: LocalPlane, epoch_unix_s: i64) -> std::io::Result<Self> {
+    pub(crate) fn open(to: &str, plane: LocalPlane) -> std::io::Result<Self> {
         let to = resolve(to)?;
         let any: SocketAddr = if to.is_ipv4() { ([0, 0, 0, 0], 0).into() } else { ([0u16; 8], 0).into() };
         let socket = UdpSocket::bind(any)?;
         // A full buffer must not delay commands.
         socket.set_nonblocking(true)?;
-        Ok(Self { socket, to, plane, epoch_unix_s, sent_at: None })
+        Ok(Self { socket, to, plane, sent_at: None })
     }
 
     /// Sends the events of a time step, at most once per second. Lost datagrams are not errors.
@@ -58,8 +57,7 @@ impl CotSender {
             return;
         }
         self.sent_at = Some(now);
-        let unix_us = self.epoch_unix_s.saturating_mul(1_000_000).saturating_add(frame.time_us);
-        for event in events(frame, &self.plane, unix_us) {
+        for event in events(frame, &self.plane, unix_us(frame.time_us)) {
             let _ = self.socket.send_to(event.as_bytes(), self.to);
         }
     }
@@ -173,7 +171,7 @@ mod tests {
         let plane = LocalPlane::about(47.4, 8.5).unwrap();
         let receiver = UdpSocket::bind("127.0.0.1:0").unwrap();
         receiver.set_read_timeout(Some(StdDuration::from_millis(300))).unwrap();
-        let mut sender = CotSender::open(&receiver.local_addr().unwrap().to_string(), plane, 0).unwrap();
+        let mut sender = CotSender::open(&receiver.local_addr().unwrap().to_string(), plane).unwrap();
         for time_us in [0, 500_000, 999_999, 1_000_000] {
             sender.send(&Frame { time_us, uavs: vec![UavRow::default()], ..Frame::default() });
         }

@@ -8,6 +8,8 @@ use standoff::Duration;
 use standoff_io::display_text;
 use standoff_record::{Frame, RecordError, Writer};
 
+use crate::team_clock::unix_us;
+
 /// Maximum number of frames that wait for the disk; further ones are left out. It is a minute of the usual period.
 const QUEUE_MAX: usize = 120;
 
@@ -86,18 +88,30 @@ fn write(
     warn: impl Fn(&str),
 ) -> (Option<Writer>, Duration) {
     while let Ok(frame) = receiver.recv() {
+        if steps.last.is_none() {
+            writer = kept(writer, |writer| writer.begin_at(unix_us(frame.time_us)), &warn);
+        }
         for frame in steps.place(frame) {
-            if let Some(failed) = writer.as_mut().and_then(|writer| writer.frame(&frame).err()) {
-                // The flight is more important than its record.
-                warn(&format!("warning: the record of the flight ends here: {failed}"));
-                writer = None;
-            }
+            writer = kept(writer, |writer| writer.frame(&frame), &warn);
             look(&frame);
         }
     }
     // A record without frames is not kept.
     let length = steps.length();
     (writer.filter(|_| length.is_some()), length.unwrap_or(steps.period))
+}
+
+/// Returns the writer unless the record cannot be written, because the flight is more important than its record.
+fn kept(
+    mut writer: Option<Writer>,
+    write: impl FnOnce(&mut Writer) -> Result<(), RecordError>,
+    warn: impl Fn(&str),
+) -> Option<Writer> {
+    if let Some(failed) = writer.as_mut().and_then(|writer| write(writer).err()) {
+        warn(&format!("warning: the record of the flight ends here: {failed}"));
+        return None;
+    }
+    writer
 }
 
 /// Places the frames of a flight at the time steps of its record, which begin at 0 and are one period apart.

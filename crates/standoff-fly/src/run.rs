@@ -17,6 +17,7 @@ use crate::cot::CotSender;
 use crate::period::is_due;
 use crate::status;
 use crate::sumo::Sumo;
+use crate::team_clock::team_us;
 use crate::time_stamps::{self, Saver};
 use crate::transport::{Input, Inputs, Link, Radio, Received};
 
@@ -25,10 +26,6 @@ const SAME_MOMENT_MAX: Duration = Duration::from_us(5_000);
 
 /// Period at which the same warning about a datagram is repeated.
 const WARNING_PERIOD: Duration = Duration::from_us(10_000_000);
-
-/// Zero of the team's time: 2026-01-01 00:00 UTC, seconds of UNIX time. It is fixed, so that all aircraft of a team, and
-/// programs that restart, have the same time steps.
-const EPOCH_UNIX_S: i64 = 1_767_225_600;
 
 /// Time for which the program sends on after it has announced that the UAV leaves the team.
 const LEAVE: Duration = Duration::from_us(1_000_000);
@@ -97,7 +94,7 @@ pub fn run(
     }
     let connect = |address: &String| Sumo::connect(address, uav.0 + 1, plane, sensor).map_err(at(address));
     let mut sumo = devices.sumo.as_ref().map(connect).transpose()?;
-    let open_cot = |to: &String| CotSender::open(to, plane, EPOCH_UNIX_S).map_err(at(to));
+    let open_cot = |to: &String| CotSender::open(to, plane).map_err(at(to));
     let mut cot = devices.cot.as_ref().map(open_cot).transpose()?;
 
     let clock = Clock { begun: Instant::now() };
@@ -295,6 +292,6 @@ impl Clock {
     fn wall() -> Time {
         let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
         let unix_us = i64::try_from(since.as_micros()).unwrap_or(i64::MAX);
-        Time::from_us(unix_us.saturating_sub(EPOCH_UNIX_S * 1_000_000))
+        Time::from_us(team_us(unix_us))
     }
 }

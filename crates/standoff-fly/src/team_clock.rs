@@ -5,12 +5,26 @@
 
 use standoff::{Duration, Time};
 
+/// Zero of the team's time: 2026-01-01 00:00 UTC, seconds of UNIX time. It is fixed, so that all aircraft of a team, and
+/// programs that restart, have the same time steps.
+const EPOCH_UNIX_S: i64 = 1_767_225_600;
+
 /// Largest difference between the clock and the team's time that is no step of the clock: the team's clocks agree within
 /// 50 ms.
 const ERROR_MAX: Duration = Duration::from_us(50_000);
 
 /// Time in which the team's time follows a smaller difference by 1 us.
 const FOLLOW_1_US: i64 = 1_000;
+
+/// Converts the team's time to UNIX time, both in microseconds.
+pub(crate) fn unix_us(team_us: i64) -> i64 {
+    team_us.saturating_add(EPOCH_UNIX_S * 1_000_000)
+}
+
+/// Converts UNIX time to the team's time, both in microseconds.
+pub(crate) fn team_us(unix_us: i64) -> i64 {
+    unix_us.saturating_sub(EPOCH_UNIX_S * 1_000_000)
+}
 
 /// Relation of the team's time to the time of this program.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

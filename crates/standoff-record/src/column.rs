@@ -106,6 +106,11 @@ pub trait Scalar: Sized + 'static {
     fn is_finite(&self) -> bool {
         true
     }
+    /// Logical Parquet type of the column.
+    fn logical_type() -> Option<LogicalType> {
+        let physical = <Self::Cell as Cell>::Parquet::get_physical_type();
+        (physical == Physical::BYTE_ARRAY).then_some(LogicalType::String)
+    }
 }
 
 /// Value that cannot be stored in its column or read from it.
@@ -268,7 +273,7 @@ impl<S: Scalar> Buffer for Cells<S> {
     fn schema(&self, name: &str) -> ParquetResult<Type> {
         Type::primitive_type_builder(name, self.physical())
             .with_repetition(if self.is_optional { Repetition::OPTIONAL } else { Repetition::REQUIRED })
-            .with_logical_type((self.physical() == Physical::BYTE_ARRAY).then_some(LogicalType::String))
+            .with_logical_type(S::logical_type())
             .build()
     }
 

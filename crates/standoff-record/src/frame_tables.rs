@@ -3,7 +3,8 @@
 use std::iter;
 use std::path::PathBuf;
 
-use crate::column::Row;
+use crate::column::{self, Row};
+use crate::earth::{Earth, PositionColumns};
 use crate::error::RecordError;
 use crate::frame::{
     AgentEventRow, AgentRow, ByAgent, DetectionRow, EventRow, Frame, FrameRow, GroupRow, IntruderRow, PerAgentTables,
@@ -34,6 +35,7 @@ pub(crate) struct FrameTables {
     /// Derived from the frames for other programs; a checkpoint does not contain it.
     views: Box<dyn FrameTable>,
     pub(crate) derive: Option<Derive>,
+    pub(crate) earth: Earth,
     bounds: RecordLimits,
     pub(crate) last_us: Option<i64>,
     /// False after an error.
@@ -43,17 +45,20 @@ pub(crate) struct FrameTables {
 
 impl FrameTables {
     pub(crate) fn create(folder: Folder<'_>, manifest: &Manifest, targets: usize) -> Result<Self, RecordError> {
+        let earth = Earth::of(manifest)?;
+        let new = New { folder, earth: &earth };
         Ok(Self {
             tables: vec![
-                with_error::<UavRow>(folder, |derived| &derived.standoff_errors_m)?,
-                plain::<TruthRow>(folder)?,
-                with_error::<TrackRow>(folder, |derived| &derived.position_errors_m)?,
-                plain::<GroupRow>(folder)?,
-                plain::<DetectionRow>(folder)?,
-                plain::<EventRow>(folder)?,
+                with_error::<UavRow>(new, |derived| &derived.standoff_errors_m)?,
+                plain::<TruthRow>(new)?,
+                with_error::<TrackRow>(new, |derived| &derived.position_errors_m)?,
+                plain::<GroupRow>(new)?,
+                plain::<DetectionRow>(new)?,
+                plain::<EventRow>(new)?,
             ],
-            views: table(folder, |_, derived, put| derived.views.iter().copied().for_each(put))?,
+            views: table(new, |_, derived, put| derived.views.iter().copied().for_each(put))?,
             derive: None,
+            earth,
             bounds: RecordLimits::new(manifest, targets),
             last_us: None,
             is_sound: true,
@@ -77,25 +82,25 @@ impl FrameTables {
         let within = self.bounds.begin(time_us).and_then(|()| self.bounds.check(frame));
         within.map_err(|LimitExceeded { table, what }| bad_frame(time_us, format!("{table}: {what}")))?;
         let derived = self.derive.as_mut().map(|derive| derive(frame)).unwrap_or_default();
-        let folder = self.folder.as_deref();
+        let new = New { folder: self.folder.as_deref(), earth: &self.earth };
         let has = |name: &str| self.tables.iter().any(|table| table.count().0 == name);
         let (intruders, tentative, of_agents) =
             (has(IntruderRow::TABLE), has(TentativeRow::TABLE), has(AgentRow::TABLE));
         if !intruders && !frame.intruders.is_empty() {
-            self.tables.push(plain::<IntruderRow>(folder)?);
+            self.tables.push(plain::<IntruderRow>(new)?);
         }
         if !tentative && !frame.tentative.is_empty() {
-            self.tables.push(plain::<TentativeRow>(folder)?);
+            self.tables.push(plain::<TentativeRow>(new)?);
         }
         if !of_agents && frame.agents != PerAgentTables::default() {
-            self.tables.push(plain::<AgentRow>(folder)?);
-            self.tables.push(plain::<ByAgent<TrackRow>>(folder)?);
-            self.tables.push(plain::<ByAgent<GroupRow>>(folder)?);
-            self.tables.push(plain::<AgentEventRow>(folder)?);
-            self.tables.push(plain::<TeammateRow>(folder)?);
+            self.tables.push(plain::<AgentRow>(new)?);
+            self.tables.push(plain::<ByAgent<TrackRow>>(new)?);
+            self.tables.push(plain::<ByAgent<GroupRow>>(new)?);
+            self.tables.push(plain::<AgentEventRow>(new)?);
+            self.tables.push(plain::<TeammateRow>(new)?);
         }
-        self.tables.iter_mut().try_for_each(|table| table.put(frame, &derived))?;
-        self.views.put(frame, &derived)?;
+        self.tables.iter_mut().try_for_each(|table| table.put(frame, &derived, &self.earth))?;
+        self.views.put(frame, &derived, &self.earth)?;
         self.last_us = Some(time_us);
         self.is_sound = true;
         Ok(())
@@ -148,7 +153,7 @@ pub(crate) fn write_targets(
     folder: Folder<'_>,
     target_names: &[String],
 ) -> Result<Option<(String, Vec<u8>)>, RecordError> {
-    let mut targets = TableWriter::create(folder)?;
+    let mut targets = TableWriter::create(folder, column::columns())?;
     let rows = (0..).zip(target_names).map(|(target, name)| TargetRow { target, name: name.clone() });
     targets.push(&mut rows.collect::<Vec<_>>())?;
     targets.finish()?;
@@ -158,7 +163,7 @@ pub(crate) fn write_targets(
 /// Table that grows with the frames.
 trait FrameTable: Send {
     /// Adds the rows of a frame.
-    fn put(&mut self, frame: &Frame, derived: &DerivedColumns) -> Result<(), RecordError>;
+    fn put(&mut self, frame: &Frame, derived: &DerivedColumns, earth: &Earth) -> Result<(), RecordError>;
     /// Returns the name of the table and its number of rows.
     fn count(&self) -> (&'static str, u64);
     fn missing(&mut self) -> Result<Missing, RecordError>;
@@ -169,6 +174,7 @@ trait FrameTable: Send {
 /// Table with the rows that `rows` adds for each frame.
 struct FrameTableWriter<R, F> {
     table: TableWriter<At<R>>,
+    position: PositionColumns<R>,
     rows: F,
     /// Reused buffer.
     buffer: Vec<At<R>>,
@@ -178,9 +184,10 @@ impl<R: Row, F> FrameTable for FrameTableWriter<R, F>
 where
     F: Fn(&Frame, &DerivedColumns, &mut dyn FnMut(R)) + Send,
 {
-    fn put(&mut self, frame: &Frame, derived: &DerivedColumns) -> Result<(), RecordError> {
+    fn put(&mut self, frame: &Frame, derived: &DerivedColumns, earth: &Earth) -> Result<(), RecordError> {
         self.buffer.clear();
         (self.rows)(frame, derived, &mut |row| self.buffer.push(At::new(frame.time_us, row)));
+        self.buffer.iter_mut().for_each(|row| earth.locate(row, &self.position));
         self.table.push(&mut self.buffer)
     }
 
@@ -201,23 +208,32 @@ where
     }
 }
 
-/// Creates a table of a record. `rows` passes on the rows of a frame.
-fn table<R: Row>(
-    folder: Folder<'_>,
-    rows: impl Fn(&Frame, &DerivedColumns, &mut dyn FnMut(R)) + Send + 'static,
-) -> Result<Box<dyn FrameTable>, RecordError> {
-    Ok(Box::new(FrameTableWriter { table: TableWriter::create(folder)?, rows, buffer: Vec::new() }))
+/// Where tables are created, and the place and time of their rows.
+#[derive(Clone, Copy)]
+struct New<'a> {
+    folder: Folder<'a>,
+    earth: &'a Earth,
 }
 
-fn plain<R: FrameRow>(folder: Folder<'_>) -> Result<Box<dyn FrameTable>, RecordError> {
-    table(folder, |frame, _, put| R::of(frame).iter().cloned().for_each(put))
+/// Creates a table of a record. `rows` passes on the rows of a frame.
+fn table<R: Row>(
+    new: New<'_>,
+    rows: impl Fn(&Frame, &DerivedColumns, &mut dyn FnMut(R)) + Send + 'static,
+) -> Result<Box<dyn FrameTable>, RecordError> {
+    let (columns, position) = new.earth.columns();
+    let table = TableWriter::create(new.folder, columns)?;
+    Ok(Box::new(FrameTableWriter { table, position, rows, buffer: Vec::new() }))
+}
+
+fn plain<R: FrameRow>(new: New<'_>) -> Result<Box<dyn FrameTable>, RecordError> {
+    table(new, |frame, _, put| R::of(frame).iter().cloned().for_each(put))
 }
 
 fn with_error<R: FrameRow + HasErrorColumn>(
-    folder: Folder<'_>,
+    new: New<'_>,
     errors_m: fn(&DerivedColumns) -> &[Option<f64>],
 ) -> Result<Box<dyn FrameTable>, RecordError> {
-    table(folder, move |frame, derived, put| {
+    table(new, move |frame, derived, put| {
         let errors_m = errors_m(derived).iter().copied().chain(iter::repeat(None));
         R::of(frame).iter().cloned().zip(errors_m).for_each(|(row, error_m)| put(WithError { row, error_m }));
     })

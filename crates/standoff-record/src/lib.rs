@@ -23,6 +23,7 @@ mod common;
 mod directory;
 #[cfg(test)]
 mod docs;
+mod earth;
 mod error;
 mod event_quota;
 mod event_text;

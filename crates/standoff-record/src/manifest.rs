@@ -45,6 +45,9 @@ pub struct Manifest {
     /// Unit of the coordinates of the traffic file, if the scenario has one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub traffic_unit: Option<Unit>,
+    /// Start of the mission in UTC, microseconds since 1970, if it is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub begin_unix_us: Option<i64>,
     /// Tables that the controller reports, if not all.
     #[serde(default, skip_serializing_if = "is_whole")]
     pub reported: ReportedTables,
@@ -83,6 +86,7 @@ impl Manifest {
             period_s,
             origin: None,
             traffic_unit: None,
+            begin_unix_us: None,
             reported: ReportedTables::default(),
             counts: None,
             unfinished: false,
@@ -163,6 +167,9 @@ impl Manifest {
         if let Some(Origin { latitude_deg, longitude_deg }) = self.origin {
             values.push(("origin.latitude_deg", latitude_deg, -90.0..=90.0));
             values.push(("origin.longitude_deg", longitude_deg, -180.0..=180.0));
+        }
+        if let Some(begin_us) = self.begin_unix_us {
+            values.push(("begin_unix_us", begin_us as f64, -1e16..=1e16));
         }
         if self.traffic_unit.is_some_and(|unit| (unit == Unit::Degrees) != self.origin.is_some()) {
             return Err(

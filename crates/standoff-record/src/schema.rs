@@ -1,5 +1,6 @@
 //! Tables of records, and how the values of their rows are stored. [`crate::frame`] declares the columns.
 
+use parquet::basic::{LogicalType, TimeUnit};
 use parquet::data_type::ByteArray;
 use standoff::TeammateStatus;
 use standoff_io::display_text::quoted;
@@ -56,11 +57,19 @@ pub(crate) struct At<R> {
     /// For users only: the microseconds are authoritative.
     time_s: f64,
     pub(crate) row: R,
+    /// For users only, like the next two.
+    pub(crate) time_utc: UtcTime,
+    pub(crate) latitude_deg: Option<f64>,
+    pub(crate) longitude_deg: Option<f64>,
 }
 
-impl<R> At<R> {
+/// A time in UTC, microseconds since 1970.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct UtcTime(pub(crate) i64);
+
+impl<R: Default> At<R> {
     pub(crate) fn new(time_us: i64, row: R) -> Self {
-        Self { time_us, time_s: seconds(time_us), row }
+        Self { time_us, time_s: seconds(time_us), row, ..Self::default() }
     }
 }
 
@@ -187,6 +196,22 @@ macro_rules! plain {
 
 plain!(i64, bool);
 
+impl Scalar for UtcTime {
+    type Cell = i64;
+
+    fn encode(&self) -> Result<i64, ValueProblem> {
+        Ok(self.0)
+    }
+
+    fn decode(cell: i64) -> Result<Self, ValueProblem> {
+        Ok(Self(cell))
+    }
+
+    fn logical_type() -> Option<LogicalType> {
+        Some(LogicalType::timestamp(true, TimeUnit::MICROS))
+    }
+}
+
 /// Larger than any physical value here; its squares and sums stay finite.
 const LARGEST: f64 = 1e100;
 
@@ -302,11 +327,12 @@ fn text(cell: &ByteArray) -> Result<&str, ValueProblem> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::column;
     use crate::table::{TableReader, TableWriter, file_of};
 
     fn reread<R: Row, S: Row>(row: R) -> Result<S, String> {
         let home = tempfile::tempdir().unwrap();
-        let mut table = TableWriter::create(Some(home.path())).unwrap();
+        let mut table = TableWriter::create(Some(home.path()), column::columns()).unwrap();
         table.push(&mut [row]).unwrap();
         table.finish().unwrap();
         let row = TableReader::open(file_of::<S>(home.path())).and_then(|mut table| table.next_row());

@@ -21,7 +21,7 @@ use crate::column::{self, Columns, Fault, Row, ValueProblem};
 /// Rows per row group: limits the memory, whatever the length of the run.
 pub(crate) const GROUP_ROWS: usize = 65_536;
 
-/// Maximum size of a table's file, bytes. The widest table has 25 GB at the maximum number of rows of targets.
+/// Maximum size of a table's file, bytes. The widest table has 28 GB at the maximum number of rows of targets.
 pub const MAX_TABLE: u64 = 32 << 30;
 
 /// Maximum number of rows that a reader buffers.
@@ -80,12 +80,12 @@ pub struct TableWriter<R> {
 }
 
 impl<R: Row> TableWriter<R> {
-    /// Creates the table of this row type of a record.
-    pub(crate) fn create(folder: Folder<'_>) -> Result<Self, RecordError> {
+    /// Creates a table of a record.
+    pub(crate) fn create(folder: Folder<'_>, columns: Columns<R>) -> Result<Self, RecordError> {
         let path = file_of::<R>(folder.unwrap_or(Path::new("")));
         match folder {
-            Some(_) => Self::with_columns(path, column::columns()),
-            None => Self::begin(path, Sink::Memory(Vec::new()), column::columns()),
+            Some(_) => Self::with_columns(path, columns),
+            None => Self::begin(path, Sink::Memory(Vec::new()), columns),
         }
     }
 

@@ -120,6 +120,15 @@ impl Writer {
         Ok(self)
     }
 
+    /// Sets the start of the mission before its first frame, in UTC, microseconds since 1970, if it was not known at the
+    /// start of the record. The manifest must have some start.
+    pub fn begin_at(&mut self, unix_us: i64) -> Result<(), RecordError> {
+        self.manifest.begin_unix_us = Some(unix_us);
+        self.tables.earth.begin_unix_us = Some(unix_us);
+        self.lock = replace_manifest(&self.partial.path, &self.manifest.to_json()?, false)?;
+        Ok(())
+    }
+
     /// Adds a packed background map to the record.
     pub fn with_map(self, gz: &[u8]) -> Result<Self, RecordError> {
         let path = self.partial.path.join(MAP_FILE);

@@ -26,6 +26,7 @@ pub(crate) struct Reader<'a> {
     plane: LocalPlane,
     settings: &'a Settings,
     names: &'a [String],
+    has_truth: bool,
     interval_s: f64,
     next_outline_s: f64,
     time_s: f64,
@@ -43,6 +44,7 @@ impl<'a> Reader<'a> {
             plane,
             settings,
             names: record.target_names(),
+            has_truth: record.has_truth(),
             interval_s,
             next_outline_s: 0.0,
             time_s: 0.0,
@@ -122,7 +124,7 @@ impl<'a> Reader<'a> {
     fn find_gaps(&mut self, frame: &Frame) -> Result<(), Failure> {
         let truth = frame.truth.iter().map(|row| (row.target, [row.x_m, row.y_m]));
         let tracks = frame.tracks.iter().map(|row| (row.target, [row.state[0], row.state[3]]));
-        let existing: BTreeMap<u32, [f64; 2]> = if frame.truth.is_empty() { tracks.collect() } else { truth.collect() };
+        let existing: BTreeMap<u32, [f64; 2]> = if self.has_truth { truth.collect() } else { tracks.collect() };
         let tracks: BTreeMap<u32, _> = frame.tracks.iter().map(|row| (row.target, row)).collect();
         let ended: Vec<u32> = self.unmeasured.keys().copied().filter(|target| !existing.contains_key(target)).collect();
         ended.into_iter().for_each(|target| self.end_gap(target));

@@ -17,7 +17,7 @@ fn exported(scenario: &str, set: &[&str], origin: Option<Origin>) -> Result<Expo
     let out = home.path().join("run");
     let mut mission = Mission::new(&scenario).unwrap();
     let closed = fly(&scenario, &mut mission, &out, None, &|_| (), || true, |_| ()).ok().unwrap();
-    let begin = DateTime::parse_from_rfc3339("2026-07-01T10:00:00+02:00").unwrap().into();
+    let begin = Some(DateTime::parse_from_rfc3339("2026-07-01T10:00:00+02:00").unwrap().into());
     Export::of(&Record::open(closed.dir()).unwrap(), &ExportOptions { origin, begin, interval_s: 10.0 })
 }
 
@@ -52,7 +52,7 @@ fn a_run_in_metres_needs_an_origin_and_one_in_degrees_has_its_own() {
         Err(Failure::Input(message)) => message,
         other => panic!("{other:?}"),
     };
-    assert!(message(exported("tour/02-two-uavs", &[], None)).contains("give --origin LAT,LON"));
+    assert!(message(exported("tour/02-two-uavs", &[], None)).contains("give --origin LATITUDE,LONGITUDE"));
     let outside = Some(Origin { latitude_deg: 91.0, longitude_deg: 0.0 });
     assert!(message(exported("tour/02-two-uavs", &[], outside)).contains("at most 90"));
 }

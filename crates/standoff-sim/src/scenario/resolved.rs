@@ -196,6 +196,11 @@ impl Scenario {
         self.traffic().map(Traffic::unit)
     }
 
+    /// Start of the mission in UTC, microseconds since 1970, if the traffic file has it.
+    pub fn begin_unix_us(&self) -> Option<i64> {
+        self.traffic()?.begin_unix_us()
+    }
+
     fn traffic(&self) -> Option<&Traffic> {
         match &self.targets {
             Targets::Random { .. } => None,

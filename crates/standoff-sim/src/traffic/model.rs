@@ -108,6 +108,11 @@ impl Traffic {
         self.times.epoch(self.begin_us)
     }
 
+    /// Time of the first sample in UTC, microseconds since 1970; `None` if the times have another or an unknown start.
+    pub fn begin_unix_us(&self) -> Option<i64> {
+        (self.epoch() == Epoch::Utc).then_some(self.begin_us)
+    }
+
     /// Time from the first sample to the last, s.
     pub fn span_s(&self) -> f64 {
         self.end_us.saturating_sub(self.begin_us) as f64 / 1e6
