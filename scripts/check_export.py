@@ -30,7 +30,13 @@ def main(run: Path) -> None:
     given = manifest.get("origin")
     origin = given or {"latitude_deg": -35.36, "longitude_deg": 149.165}
     files = {kind: run / f"export.{kind}" for kind in ("kml", "geojson", "gpx", "czml")}
-    command = [os.environ["STANDOFF"], "export", str(run), "--begin", "2026-07-01T10:00:00+02:00"]
+    begin_us = manifest.get("begin_unix_us")
+    command = [os.environ["STANDOFF"], "export", str(run)]
+    if begin_us is None:
+        command += ["--begin", "2026-07-01T10:00:00+02:00"]
+    else:
+        # The traffic of these checks begins then, too.
+        assert datetime.fromtimestamp(begin_us / 1e6, timezone.utc) == BEGIN
     if not given:
         command.append("--origin={latitude_deg},{longitude_deg}".format(**origin))
     for kind, file in files.items():
@@ -47,6 +53,8 @@ def main(run: Path) -> None:
     names = pd.read_parquet(run / "targets.parquet").set_index("target")["name"]
     paths |= {names.get(rows["target"].iloc[0]): rows for _, rows in tracks.groupby("track")}
 
+    if given:
+        check_columns(run, to_degrees)
     check_kml(files["kml"], paths, to_degrees)
     check_gpx(files["gpx"], paths, to_degrees)
     check_geojson(files["geojson"], run, to_metres)
@@ -54,6 +62,17 @@ def main(run: Path) -> None:
     document = czml3.Document.model_validate({"packets": json.loads(files["czml"].read_text())})
     assert len(document.packets) > len(paths)
     print(f"check_export: {run.name}: {len(paths)} paths, {len(document.packets)} packets agree")
+
+
+def check_columns(run: Path, to_degrees: Transformer) -> None:
+    """Checks places and times in the tables."""
+    for table in ("uavs", "truth", "tracks", "groups"):
+        rows = pd.read_parquet(run / f"{table}.parquet")
+        longitude_deg, latitude_deg = to_degrees.transform(rows["x_m"], rows["y_m"])
+        assert np.abs(rows["latitude_deg"] - latitude_deg).max() < TOLERANCE_DEG, table
+        assert np.abs((rows["longitude_deg"] - longitude_deg + 180) % 360 - 180).max() < TOLERANCE_DEG, table
+        if "time_utc" in rows:
+            assert (rows["time_utc"] == BEGIN + pd.to_timedelta(rows["time_us"], "us")).all(), table
 
 
 def check_path(name: str, times: list[datetime], degrees: np.ndarray, paths: dict, to_degrees: Transformer) -> None:

@@ -197,7 +197,7 @@ mod tests {
     }
 
     fn writer(home: &tempfile::TempDir) -> Writer {
-        let manifest = Manifest::new("flight", 0, 86_400.0, PERIOD.s());
+        let manifest = Manifest { begin_unix_us: Some(0), ..Manifest::new("flight", 0, 86_400.0, PERIOD.s()) };
         Writer::create(&home.path().join("flight"), &manifest, "", &[]).unwrap().without_truth().unwrap()
     }
 
@@ -217,6 +217,8 @@ mod tests {
             (2.0, "duration_s = 2", false)
         );
         assert_eq!(record.frames().unwrap().map(Result::unwrap).count(), 5);
+        // The team's time counts from 2026.
+        assert_eq!(record.manifest().begin_unix_us, Some(1_767_225_600_000_000));
     }
 
     #[test]

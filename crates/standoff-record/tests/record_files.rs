@@ -6,7 +6,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::record::Field;
 use standoff::TeammateStatus;
+use standoff_io::geodesy::Origin;
 use standoff_record::{
     AgentEventRow, AgentRow, ByAgent, Counts, DetectionRow, EventRow, Frame, GroupRow, IntruderRow, Manifest,
     MembershipState, NO_TARGET, Occupancy, PerAgentTables, Record, RecordError, TeammateRow, TentativeRow, TrackRow,
@@ -64,6 +66,75 @@ fn tables_without_rows_are_read_back_empty() {
     let frame = Frame { uavs: vec![uav(0, 1.0)], ..Frame::default() };
     write(&dir, std::slice::from_ref(&frame));
     assert_eq!(read(&dir).unwrap(), [frame]);
+}
+
+#[test]
+fn rows_on_the_earth_have_their_place_and_time_and_are_read_back_as_others() {
+    let home = TempDir::new().unwrap();
+    let columns = |dir: &Path, table: &str| {
+        let file = fs::File::open(dir.join(format!("{table}.parquet"))).unwrap();
+        let reader = SerializedFileReader::new(file).unwrap();
+        let names =
+            reader.metadata().file_metadata().schema_descr().columns().iter().map(|column| column.name().to_owned());
+        let added: Vec<String> =
+            names.filter(|name| ["time_utc", "latitude_deg", "longitude_deg"].contains(&&**name)).collect();
+        let row = reader.get_row_iter(None).unwrap().last().unwrap().unwrap();
+        let values = row.get_column_iter().filter(|(name, _)| added.contains(name)).map(|(_, value)| value.clone());
+        let values: Vec<Field> = values.collect();
+        (added.join(" "), values)
+    };
+    // On the equator and the antimeridian.
+    let origin = Some(Origin { latitude_deg: 0.0, longitude_deg: 180.0 });
+    let far = Frame { time_us: 200_000, uavs: vec![UavRow { x_m: 1e7, ..uav(0, 1.0) }], ..Frame::default() };
+    let near = UavRow { x_m: 111.319_490_789, y_m: -110.574_275_816, ..uav(0, 1.0) };
+    let frames = [Frame { uavs: vec![near], detections: vec![DetectionRow::default()], ..Frame::default() }, far];
+    for (origin, begin_unix_us) in
+        [(None, None), (origin, None), (None, Some(5)), (origin, Some(1_772_366_400_000_000))]
+    {
+        let dir = home.path().join("run");
+        let placed = Manifest { origin, begin_unix_us, ..manifest() };
+        let mut writer = Writer::create(&dir, &placed, SCENARIO, &names(4)).unwrap();
+        writer.frame(&frames[0]).unwrap();
+        writer.checkpoint().unwrap();
+        let unfinished = partial(&dir);
+        assert_eq!(
+            Record::open(&unfinished).unwrap().frames().unwrap().map(Result::unwrap).collect::<Vec<_>>(),
+            frames[..1]
+        );
+        writer.frame(&frames[1]).unwrap();
+        writer.finish().unwrap();
+        assert_eq!(read(&dir).unwrap(), frames);
+        let (uavs, last) = columns(&dir, "uavs");
+        let time = if begin_unix_us.is_some() { "time_utc" } else { "" };
+        let place = if origin.is_some() { "latitude_deg longitude_deg" } else { "" };
+        assert_eq!(uavs, format!("{time} {place}").trim());
+        assert_eq!(columns(&dir, "detections").0, time);
+        // Further than 1000 km from the origin, the plane is no map of the Earth.
+        assert!(last.iter().skip(usize::from(begin_unix_us.is_some())).all(|value| *value == Field::Null), "{last:?}");
+        let mut writer = Writer::create(&dir, &placed, SCENARIO, &names(4)).unwrap();
+        writer.frame(&frames[0]).unwrap();
+        writer.finish().unwrap();
+        let (_, mut values) = columns(&dir, "uavs");
+        if begin_unix_us == Some(1_772_366_400_000_000) {
+            assert_eq!(values.remove(0), Field::TimestampMicros(1_772_366_400_000_000));
+            let [Field::Double(latitude_deg), Field::Double(longitude_deg)] = values[..] else { panic!("{values:?}") };
+            assert!((latitude_deg + 0.001).abs() < 1e-9 && (longitude_deg + 179.999).abs() < 1e-9, "{values:?}");
+        }
+    }
+}
+
+#[test]
+fn a_start_that_was_not_known_at_first_is_that_of_the_record() {
+    let home = TempDir::new().unwrap();
+    let dir = home.path().join("run");
+    let placed = Manifest { begin_unix_us: Some(0), ..manifest() };
+    let mut writer = Writer::create(&dir, &placed, SCENARIO, &names(4)).unwrap();
+    writer.begin_at(7_000_000).unwrap();
+    writer.frame(&Frame { uavs: vec![uav(0, 1.0)], ..Frame::default() }).unwrap();
+    writer.checkpoint().unwrap();
+    assert_eq!(Record::open(&partial(&dir)).unwrap().manifest().begin_unix_us, Some(7_000_000));
+    writer.finish().unwrap();
+    assert_eq!(Record::open(&dir).unwrap().manifest().begin_unix_us, Some(7_000_000));
 }
 
 #[test]

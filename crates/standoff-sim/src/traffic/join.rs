@@ -180,6 +180,12 @@ mod tests {
             joined.add("b.csv".to_owned(), "b".to_owned(), second).map_err(|error| error.to_string())
         };
         let local = file(["2026-07-01T10:00:00", "2026-07-01T10:00:01"], "local");
+        let offset = file(["2026-07-01T10:00:00+02:00", "2026-07-01T10:00:01+02:00"], "offset");
+        let unix = file(["1782892800", "1782892801"], "unix");
+        for (traffic, expected) in [(&offset, true), (&unix, true), (&local, false), (&file(["0", "1"], "own"), false)]
+        {
+            assert_eq!(traffic.begin_unix_us(), expected.then_some(1_782_892_800_000_000));
+        }
         assert_eq!(
             both(utc(), local.clone()).unwrap_err(),
             "b.csv: has dates without an offset from UTC, but \"a.csv\" has times in UTC (dates with an offset, or seconds \
