@@ -46,6 +46,9 @@ UAVs that have an orbit, m), which is omitted, or masked, if no UAV has one.
 **Seeds**: ``reset(seed=s)`` starts the world of seed s. Later resets without a seed start worlds whose seeds depend only
 on s and on the number of resets. World i of a vector environment behaves like an environment that was reset with s + i.
 
+**Images**: with ``render_mode="rgb_array"``, ``render()`` draws the map of the replay page without texts: UAVs
+(triangles) with their fields of view, true targets (grey dots), tracks (rings in the colour of their group) and orbits.
+
 **Copies**: environments cannot be copied or pickled. To return to a state, or to branch from it, create another
 environment, reset it with the same seed and repeat the actions: the worlds are then bit-identical.
 """
@@ -77,6 +80,7 @@ SEED_MAX = 2**53 - 1
 
 Observations = NDArray[np.float32]
 Actions = NDArray[np.floating[Any]]
+Image = NDArray[np.uint8]
 
 # Gymnasium's types do not state the element type of a space of floats.
 Space = gymnasium.Space[Any]
@@ -96,19 +100,19 @@ class GroupTrackingEnv(NotCopied, gymnasium.Env[Observations, Actions]):
     """One mission in which one policy steers all UAVs; the module defines actions, observations and rewards.
 
     :param scenario: a built-in name, a path, or a :class:`standoff.Scenario`.
-    :param render_mode: ``None``; ``standoff.run(scenario, seed=info["seed"])`` creates a page with the built-in law.
+    :param render_mode: ``"rgb_array"`` or ``None``.
     :raises standoff.ScenarioError: the scenario cannot be used.
     """
 
-    metadata: dict[str, Any] = {"render_modes": []}
+    metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 10}
     observation_space: Space
     action_space: Space
 
-    def __init__(self, scenario: str | Scenario = SCENARIO, *, render_mode: None = None) -> None:
-        _check_render_mode(render_mode)
+    def __init__(self, scenario: str | Scenario = SCENARIO, *, render_mode: str | None = None) -> None:
+        check_render_mode(render_mode)
         self._worlds = Worlds(scenario, autoreset="Disabled")
         self._has_seed = False
-        self.render_mode = None
+        self.render_mode = render_mode
         self.observation_space = observation_space(self._worlds.uavs)
         self.action_space = action_space(self._worlds.uavs)
 
@@ -155,6 +159,13 @@ class GroupTrackingEnv(NotCopied, gymnasium.Env[Observations, Actions]):
         law: NDArray[np.float64] = self._worlds.law_actions()[0]
         return law
 
+    def render(self) -> Image | None:  # type: ignore[override]
+        """The map at this time step; ``None`` without a render mode.
+
+        :returns: red, green and blue, (600, 600, 3); north is up.
+        """
+        return self._worlds.image() if self.render_mode else None
+
     def close(self) -> None:
         """Frees the mission."""
         self._worlds.close()
@@ -169,12 +180,12 @@ class GroupTrackingVectorEnv(NotCopied, VectorEnv[Observations, Actions, NDArray
         With ``SAME_STEP``, ``final_obs`` and ``final_info`` contain the last state of a finished mission; with
         ``DISABLED``, the option ``reset_mask`` of :meth:`reset` selects the missions to restart.
     :param threads: number of threads; more than 1 pays off above some hundred UAVs.
-    :param render_mode: ``None``.
+    :param render_mode: ``"rgb_array"`` or ``None``.
     :raises standoff.ScenarioError: the scenario cannot be used.
     :raises standoff.InputError: another argument is out of range.
     """
 
-    metadata: dict[str, Any] = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}
+    metadata: dict[str, Any] = {**GroupTrackingEnv.metadata, "autoreset_mode": AutoresetMode.NEXT_STEP}
 
     def __init__(
         self,
@@ -183,14 +194,14 @@ class GroupTrackingVectorEnv(NotCopied, VectorEnv[Observations, Actions, NDArray
         scenario: str | Scenario = SCENARIO,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         threads: int = 1,
-        render_mode: None = None,
+        render_mode: str | None = None,
     ) -> None:
-        _check_render_mode(render_mode)
+        check_render_mode(render_mode)
         mode = autoreset_mode.value if isinstance(autoreset_mode, AutoresetMode) else autoreset_mode
         self._worlds = Worlds(scenario, count=num_envs, autoreset=mode, threads=threads)
         self._has_seeds = np.zeros(num_envs, dtype=bool)
         self.metadata = {**type(self).metadata, "autoreset_mode": AutoresetMode(mode)}
-        self.render_mode = None
+        self.render_mode = render_mode
         self.num_envs = num_envs
         self.single_observation_space = observation_space(self._worlds.uavs)
         self.single_action_space = action_space(self._worlds.uavs)
@@ -257,6 +268,10 @@ class GroupTrackingVectorEnv(NotCopied, VectorEnv[Observations, Actions, NDArray
         law: NDArray[np.float64] = self._worlds.law_actions()
         return law
 
+    def render(self) -> tuple[Image, ...] | None:  # type: ignore[override]
+        """The maps of all missions at this time step, as for a single environment; ``None`` without a render mode."""
+        return tuple(self._worlds.image(world) for world in range(self.num_envs)) if self.render_mode else None
+
     def close_extras(self, **kwargs: Any) -> None:
         """Frees the missions."""
         self._worlds.close()
@@ -311,9 +326,10 @@ def infos_of(step: EnvStep, mask: NDArray[np.bool_] | None = None) -> dict[str, 
     return {**infos, **masks, **error_m}
 
 
-def _check_render_mode(render_mode: object) -> None:
-    if render_mode is not None:
-        raise InputError(f"render_mode = {render_mode!r}: must be None; view the page of a run instead")
+def check_render_mode(render_mode: object) -> None:
+    """Refuses other render modes than those of the environments."""
+    if render_mode not in (None, "rgb_array"):
+        raise InputError(f'render_mode = {render_mode!r}: must be None or "rgb_array"')
 
 
 if ENV_ID not in gymnasium.registry:

@@ -416,6 +416,28 @@ def test_a_copy_is_refused_with_the_way_back_to_a_state(make: Any) -> None:
         copy.deepcopy(gymnasium.make("standoff/GroupTracking-v0", scenario=SHORT))
 
 
+def test_images_show_the_map() -> None:
+    env = gymnasium.make("standoff/GroupTracking-v0", scenario=SHORT, render_mode="rgb_array")
+    env.reset(seed=1)
+    first: Any = env.render()
+    assert first.shape == (600, 600, 3) and first.dtype == np.uint8
+    # White, with the purple of UAV 0 and the orange of group 0.
+    for colour in ([255, 255, 255], [190, 85, 255], [205, 122, 6]):
+        assert (first == colour).all(axis=2).any()
+    env.step(drawn((SHORT.to_dict()["uavs"]["count"], 2)))
+    assert not np.array_equal(env.render(), first)
+    envs = GroupTrackingVectorEnv(2, scenario=SHORT, render_mode="rgb_array")
+    envs.reset(seed=1)
+    both = envs.render()
+    assert both is not None and np.array_equal(both[0], first) and not np.array_equal(both[1], first)
+    parallel = group_tracking_v0.parallel_env(SHORT, render_mode="rgb_array")
+    with pytest.raises(InputError, match="world 0 has no mission yet: reset it first"):
+        parallel.render()
+    parallel.reset(seed=1)
+    assert np.array_equal(parallel.render(), first)
+    assert GroupTrackingEnv(SHORT).render() is None
+
+
 def test_a_single_environment_refuses_invalid_actions() -> None:
     env = GroupTrackingEnv(SHORT)
     env.reset(seed=1)
@@ -504,7 +526,7 @@ def test_scenarios_that_cannot_be_run_are_errors() -> None:
     with pytest.raises(ScenarioError, match="tour/99"):
         GroupTrackingEnv("tour/99")
     with pytest.raises(InputError, match="render_mode"):
-        GroupTrackingEnv(SHORT, render_mode="human")  # type: ignore[arg-type]
+        GroupTrackingEnv(SHORT, render_mode="human")
     varied = SHORT.to_dict()
     varied["uavs"]["count"] = {"uniform": {"min": 1.0, "max": 9.0}}
     envs = GroupTrackingVectorEnv(1, scenario=Scenario.from_dict(varied))

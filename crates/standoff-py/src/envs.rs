@@ -24,6 +24,9 @@ const COUNT_MAX: usize = 100_000;
 /// Maximum number of threads.
 const THREADS_MAX: usize = 1_024;
 
+/// Width and height of an image, px.
+const IMAGE_PX: u32 = 600;
+
 /// Highest seed that a record can store.
 const SEED_MAX: u64 = i64::MAX as u64;
 
@@ -199,6 +202,20 @@ impl Worlds {
         let worlds = worlds(open(&mut guard)?)?;
         let law = worlds.iter().flat_map(|world| &world.law).copied().collect();
         PyArray1::from_vec(py, law).reshape([self.count, self.kind.uavs, 2])
+    }
+
+    /// Draws the map of a world at this time step.
+    ///
+    /// :param world: index of the world.
+    /// :returns: red, green and blue, shape (600, 600, 3), uint8; north is up.
+    /// :raises InputError: if the world does not exist or was not reset.
+    #[pyo3(signature = (world=0))]
+    fn image<'py>(&self, py: Python<'py>, world: usize) -> PyResult<Bound<'py, PyArray3<u8>>> {
+        let mut guard = self.lock()?;
+        let slot = open(&mut guard)?.get_mut(world).and_then(|slot| slot.world.as_mut());
+        let what = || InputError::new_err(format!("world {world} has no mission yet: reset it first"));
+        let pixels = slot.ok_or_else(what)?.image(IMAGE_PX).map_err(StandoffError::new_err)?;
+        PyArray1::from_vec(py, pixels).reshape([IMAGE_PX as usize, IMAGE_PX as usize, 3])
     }
 
     /// Frees all worlds. Closing again has no effect; all other methods then raise :class:`InputError`.

@@ -20,6 +20,7 @@ use collect::Run;
 pub use figure::{DetectionSetup, Figure, FigureError, Setup};
 use standoff_record::Frame;
 use standoff_score::FrameScorer;
+pub(crate) use trajectories::arc;
 
 type Draw = fn(&Run, &Setup) -> Drawn<Option<String>>;
 

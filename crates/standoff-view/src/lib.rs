@@ -7,6 +7,7 @@ mod colours;
 #[path = "../../standoff-sim/tests/common/mod.rs"]
 mod common;
 pub mod figures;
+pub mod image;
 pub mod page;
 pub mod replay;
 #[cfg(test)]

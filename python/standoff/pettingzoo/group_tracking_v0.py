@@ -24,7 +24,7 @@ from pettingzoo import ParallelEnv
 
 from standoff._standoff import EnvStep, Scenario, Worlds
 from standoff.errors import InputError
-from standoff.gym import SEED_MAX, NotCopied, Space, action_space, info_of, observation_space
+from standoff.gym import SEED_MAX, NotCopied, Image, Space, action_space, check_render_mode, info_of, observation_space
 
 __all__ = ["GroupTrackingParallelEnv", "parallel_env"]
 
@@ -39,16 +39,15 @@ class GroupTrackingParallelEnv(NotCopied, ParallelEnv[str, Observation, Action])
     """One mission in which every UAV is an agent; see the module's documentation.
 
     :param scenario: a built-in name, a path, or a :class:`standoff.Scenario`.
-    :param render_mode: ``None``.
+    :param render_mode: ``"rgb_array"`` or ``None``.
     :raises standoff.ScenarioError: the scenario cannot be used.
     """
 
-    metadata: dict[str, Any] = {"name": "group_tracking_v0", "render_modes": [], "is_parallelizable": True}
+    metadata: dict[str, Any] = {"name": "group_tracking_v0", "render_modes": ["rgb_array"], "is_parallelizable": True}
 
-    def __init__(self, scenario: str | Scenario = SCENARIO, *, render_mode: None = None) -> None:
-        if render_mode is not None:
-            raise InputError(f"render_mode = {render_mode!r}: must be None; view the page of a run instead")
-        self.render_mode = None
+    def __init__(self, scenario: str | Scenario = SCENARIO, *, render_mode: str | None = None) -> None:
+        check_render_mode(render_mode)
+        self.render_mode = render_mode
         self._worlds = Worlds(scenario, autoreset="Disabled")
         self.possible_agents = [f"uav_{uav}" for uav in range(self._worlds.uavs)]
         self.agents: list[str] = []
@@ -133,8 +132,9 @@ class GroupTrackingParallelEnv(NotCopied, ParallelEnv[str, Observation, Action])
         """The space of an agent's action."""
         return self.action_spaces[agent]
 
-    def render(self) -> None:
-        """Does nothing; view the page of a run instead."""
+    def render(self) -> Image | None:
+        """The map at this time step, as ``standoff.gym`` describes it; ``None`` without a render mode."""
+        return self._worlds.image() if self.render_mode else None
 
     def close(self) -> None:
         """Frees the mission."""

@@ -8,6 +8,7 @@ use standoff_score::FrameScorer;
 use standoff_sim::random::{Draws, Stream};
 use standoff_sim::run::Mission;
 use standoff_sim::scenario::{ScenarioError, ScenarioTemplate};
+use standoff_view::image;
 
 use super::observation;
 use super::reward::StepScore;
@@ -108,6 +109,12 @@ impl World {
 
     pub(super) fn is_over(&self) -> bool {
         self.is_terminated || self.is_truncated
+    }
+
+    /// Image of the current time step, as rows of red, green and blue.
+    pub(super) fn image(&mut self, size: u32) -> Result<Vec<u8>, String> {
+        let frame = self.mission.propose().ok_or("the mission has no time step")?;
+        image::rgb(frame, &self.team.track.sensor, size).map_err(|error| error.to_string())
     }
 
     /// Time since the start of the mission, s.

@@ -240,7 +240,7 @@ fn darker(RGBColor(red, green, blue): RGBColor) -> RGBColor {
 }
 
 /// Points of an arc about a centre, symmetric to the direction `middle`; `angle`: full angle of the arc, rad.
-fn arc((x, y): Point, radius: f64, middle: f64, angle: f64) -> impl Iterator<Item = Point> {
+pub(crate) fn arc((x, y): Point, radius: f64, middle: f64, angle: f64) -> impl Iterator<Item = Point> {
     let direction = move |step| middle + angle * (f64::from(step) / 120.0 - 0.5);
     (0..=120).map(direction).map(move |angle| (x + radius * cos(angle), y + radius * sin(angle)))
 }
