@@ -4,10 +4,15 @@ from __future__ import annotations
 
 import html as markup
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+from standoff.errors import InputError
 
 if TYPE_CHECKING:
     from standoff import Comparison, Table
+
+DataFrame: TypeAlias = Any
+"""A data frame of pandas, polars or pyarrow, which standoff does not depend on."""
 
 SHOWN = 20
 """Maximum number of rows that a notebook displays."""
@@ -16,7 +21,43 @@ SHOWN = 20
 def to_pandas(table: Table) -> Any:
     """Makes a ``pandas.DataFrame``. It is made from NumPy arrays, because pandas reads Arrow tables only with pyarrow."""
     pandas = _imported("pandas")
-    return pandas.DataFrame({name: table.to_numpy(name) for name in table.columns}, copy=False)
+    frame = pandas.DataFrame({name: table.to_numpy(name) for name in table.columns}, copy=False)
+    if "time_utc" in frame:
+        # NumPy has no time zones.
+        frame["time_utc"] = frame["time_utc"].dt.tz_localize("UTC")
+    return frame
+
+
+def to_geodataframe(table: Table) -> Any:
+    """Makes a ``geopandas.GeoDataFrame`` with the places of the rows as points."""
+    geopandas = _imported("geopandas", "to_geodataframe")
+    if "latitude_deg" not in table:
+        raise InputError(
+            "the rows have no latitude_deg and longitude_deg: only runs over traffic in degrees, and flights, have them, in "
+            "tables with x_m and y_m"
+        )
+    frame = to_pandas(table)
+    points = geopandas.points_from_xy(frame["longitude_deg"], frame["latitude_deg"], crs="EPSG:4326")
+    return geopandas.GeoDataFrame(frame, geometry=points)
+
+
+def csv(frame: object) -> str | None:
+    """Formats a data frame as CSV; ``None`` if it is no data frame."""
+    if hasattr(frame, "to_csv"):  # pandas
+        text: str = frame.to_csv(index=False)
+        return text
+    if hasattr(frame, "write_csv"):  # polars
+        text = frame.write_csv()
+        return text
+    if hasattr(frame, "__arrow_c_stream__"):
+        import pyarrow
+        import pyarrow.csv
+
+        buffer = pyarrow.BufferOutputStream()
+        pyarrow.csv.write_csv(pyarrow.table(frame), buffer)
+        text = buffer.getvalue().to_pybytes().decode()
+        return text
+    return None
 
 
 def to_polars(table: Table) -> Any:
@@ -74,11 +115,11 @@ def _text(value: object) -> str:
     return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
-def _imported(name: str) -> Any:
+def _imported(name: str, caller: str = "") -> Any:
     """Imports a package that standoff does not depend on."""
     import importlib
 
     try:
         return importlib.import_module(name)
     except ModuleNotFoundError as error:
-        raise ModuleNotFoundError(f"to_{name} needs {name}: pip install {name}", name=error.name) from error
+        raise ModuleNotFoundError(f"{caller or f'to_{name}'} needs {name}: pip install {name}", name=error.name) from error

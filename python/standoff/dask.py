@@ -282,8 +282,8 @@ def _plan(client: Client, store: Store, scenario: Scenario, described: str, runs
         if shards is not None and shards > runs:
             raise InputError(f"shards = {shards}: must be at most {runs}, one run per shard")
         plan = Plan(described, shards or 1, [], 0)
-    traffic = scenario.traffic_files
     with tempfile.TemporaryDirectory(prefix="standoff-") as home:
+        traffic = scenario._saved_traffic(home)
         began = time.perf_counter()
         first_crc32 = first_run_crc32(plan, traffic, Path(home, "first"))
         run_s = time.perf_counter() - began
@@ -295,22 +295,22 @@ def _plan(client: Client, store: Store, scenario: Scenario, described: str, runs
                 _fly_described(described, traffic, f"0/{runs // several}", 1, Path(home, "several"), None)
                 run_s = (time.perf_counter() - began) / several
             plan = replace(plan, shards=_shards(runs, run_s, sum(client.nthreads().values())))
-    # Another call may have started a batch here in the meantime, or completed it.
-    saved = saved or _saved_plan(store, described)
-    if saved is not None:
-        if first_crc32 != saved.first_crc32:
-            raise InputError(
-                f"{store.url}: the first run has another result: its shards are from another build; complete them "
-                "with that build, or use another folder"
-            )
-        return saved
-    completed = store.read(MANIFEST)
-    if completed is not None:
-        _check_same_batch(store, described, completed.decode(errors="replace"))
-    for index, file in enumerate(traffic):
-        store.put(file, traffic_name(index))
-    plan = replace(plan, traffic=[file.name for file in traffic], first_crc32=first_crc32)
-    store.write(PLAN, plan.to_json())
+        # Another call may have started a batch here in the meantime, or completed it.
+        saved = saved or _saved_plan(store, described)
+        if saved is not None:
+            if first_crc32 != saved.first_crc32:
+                raise InputError(
+                    f"{store.url}: the first run has another result: its shards are from another build; complete them "
+                    "with that build, or use another folder"
+                )
+            return saved
+        completed = store.read(MANIFEST)
+        if completed is not None:
+            _check_same_batch(store, described, completed.decode(errors="replace"))
+        for index, file in enumerate(traffic):
+            store.put(file, traffic_name(index))
+        plan = replace(plan, traffic=[file.name for file in traffic], first_crc32=first_crc32)
+        store.write(PLAN, plan.to_json())
     return plan
 
 

@@ -114,6 +114,80 @@ def test_pandas_and_polars_are_optional(monkeypatch: pytest.MonkeyPatch) -> None
             getattr(uavs, f"to_{name}")()
 
 
+def crossing() -> pd.DataFrame:
+    """Two vehicles that drive over the equator and the antimeridian."""
+    times = pd.date_range("2026-03-01T13:00:00+01:00", periods=7, freq="5s")
+    return pd.concat(
+        pd.DataFrame({"time": times, "vehicle": name, "lat": north + 1e-4 * n, "lon": (359.9998 + 1e-4 * n) % 360 - 180})
+        for name, north, n in [("a", -2e-4, np.arange(7)), ("b", 2e-3, np.arange(7))]
+    )
+
+
+def test_rows_over_traffic_with_places_and_dates_have_both(tmp_path: Path) -> None:
+    run = standoff.run(traffic=crossing(), uavs=2, out=tmp_path / "run")
+    assert run.truth["time_utc"][0] == np.datetime64("2026-03-01T12:00:00")
+    truth = run.truth.to_pandas()
+    assert truth.time_utc.equals(pd.read_parquet(run.dir / "truth.parquet").time_utc)
+    assert truth.time_utc.iloc[-1] == pd.Timestamp("2026-03-01T12:00:30Z")
+    assert pa.table(run.truth).schema.equals(pq.read_schema(run.dir / "truth.parquet"), check_metadata=False)
+    for name in TABLES:
+        table = run.table(name)
+        assert "time_utc" in table and ("latitude_deg" in table) == ("x_m" in table), name
+    # The positions of the traffic, which are those of the truth.
+    given = crossing()[lambda rows: rows.vehicle == "a"]
+    known = truth[(truth.target == 0) & (truth.time_us % 5_000_000 == 0)]
+    np.testing.assert_allclose(known.latitude_deg, given.lat, atol=1e-9)
+    np.testing.assert_allclose((known.longitude_deg + 360) % 360, (given.lon + 360) % 360, atol=1e-9)
+    assert "time_utc" not in standoff.run("tour/01-one-uav", set={"duration_s": 5}).truth
+
+
+def test_rows_with_a_place_make_a_geodataframe(monkeypatch: pytest.MonkeyPatch) -> None:
+    run = standoff.run(traffic=crossing(), uavs=2, set={"duration_s": 10})
+    for frame, table in [(run.to_geodataframe(), run.tracks), (run.to_geodataframe("uavs"), run.uavs)]:
+        assert frame.crs == "EPSG:4326" and list(frame.columns) == [*table.columns, "geometry"]
+        np.testing.assert_array_equal(frame.geometry.x, table["longitude_deg"])
+        np.testing.assert_array_equal(frame.geometry.y, table["latitude_deg"])
+    with pytest.raises(standoff.InputError, match="the rows have no latitude_deg and longitude_deg: only runs over"):
+        run.to_geodataframe("events")
+    with pytest.raises(standoff.InputError, match="only runs over traffic in degrees, and flights"):
+        standoff.run("tour/01-one-uav", set={"duration_s": 5}).to_geodataframe()
+    monkeypatch.setitem(sys.modules, "geopandas", None)
+    with pytest.raises(ModuleNotFoundError, match="to_geodataframe needs geopandas: pip install geopandas"):
+        run.to_geodataframe()
+
+
+def test_data_frames_are_traffic(tmp_path: Path) -> None:
+    pandas = crossing()
+    texts = pandas.assign(time=pandas.time.map(pd.Timestamp.isoformat))
+    frames = [pandas, texts, pl.from_pandas(pandas), pl.from_pandas(texts), pa.Table.from_pandas(pandas)]
+    scenarios = [standoff.Scenario("traffic/convoy", traffic=frame, uavs=2) for frame in frames]
+    again = pickle.loads(pickle.dumps(scenarios[0]))
+    changed = scenarios[0].changed(set={"traffic.gap_s": 20.0})
+    runs = [standoff.run(scenario, set={"duration_s": 10, "traffic.gap_s": 20.0}) for scenario in [*scenarios, again]]
+    runs.append(standoff.run(changed, set={"duration_s": 10}))
+    for run in runs[1:]:
+        assert files(run.dir) == files(runs[0].dir)
+    texts.to_csv(tmp_path / "traffic.csv")
+    theirs = standoff.run(traffic=tmp_path / "traffic.csv", uavs=2, set={"duration_s": 10, "traffic.gap_s": 20.0})
+    assert files(theirs.dir) == files(runs[0].dir)
+    with pytest.warns(UserWarning, match='skipped 1 sample without a position or time: "b"'):
+        standoff.run(traffic=pandas.assign(lat=[*pandas.lat[:-1], None], lon=[*pandas.lon[:-1], None]), set={"duration_s": 5})
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"lat": ["here"] * 14}, 'traffic, row 0: vehicle "a": lat = "here" is not a number'),
+        ({"lon": [11.3] * 13 + [1e3]}, 'traffic, row 13: vehicle "b": lon = "1000.0" is out of range'),
+        ({"vehicle": None}, "traffic, row 0: vehicle = "),
+        ({"time": 0.0, "lat": [44.0, 45.0] * 7}, 'traffic: vehicle "a": 7 samples at one time'),
+    ],
+)
+def test_an_error_in_a_data_frame_names_its_row_and_column(change: dict[str, object], message: str) -> None:
+    with pytest.raises(standoff.ScenarioError, match=message):
+        standoff.run(traffic=crossing().assign(**change))
+
+
 def test_targets_and_metrics_are_tables() -> None:
     run = standoff.run("tour/04-two-groups")
     targets = run.targets.to_pandas()
@@ -192,6 +266,7 @@ def test_scenarios_convert_to_and_from_dicts_and_toml() -> None:
         ({"set": ["guidance.lead_s=1"]}, TypeError, "must be a dict with str keys, not list\nwhile processing 'set'"),
         ({"metrics": 5}, TypeError, "must be names, as a str or a list of str, not int\nwhile processing 'metrics'"),
         ({"map": 5}, TypeError, "must be a path, or a list of paths, not int\nwhile processing 'map'"),
+        ({"traffic": 5}, TypeError, "must be a path, or a data frame of pandas, polars or pyarrow, not int"),
         ({"set": {"guidance.lead_ss": 1}}, standoff.ScenarioError, "did you mean `lead_s`"),
         ({"set": {"uavs.count": None}}, standoff.ScenarioError, "uavs.count: a value must be a number"),
         ({"set": {"uavs.speed_m_s": float("nan")}}, standoff.ScenarioError, "uavs.speed_m_s"),

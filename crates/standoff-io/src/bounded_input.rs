@@ -19,6 +19,14 @@ pub fn give(path: &Path, bytes: Bytes) {
     GIVEN.with_borrow_mut(|given| given.insert(path.to_owned(), bytes));
 }
 
+/// Runs `read` while a file in memory is given on this thread.
+pub fn with_given<T>(path: &Path, bytes: impl AsRef<[u8]> + Send + 'static, read: impl FnOnce() -> T) -> T {
+    give(path, Bytes::from_owner(bytes));
+    let done = read();
+    GIVEN.with_borrow_mut(|given| given.remove(path));
+    done
+}
+
 /// A file that is open for reading.
 #[derive(Debug)]
 pub enum Input {
@@ -144,6 +152,8 @@ mod tests {
     #[test]
     fn files_in_memory_take_the_place_of_files_on_disk() {
         let path = Path::new("not/on/disk.csv");
+        assert_eq!(text(path, 5).unwrap_err().kind(), io::ErrorKind::NotFound);
+        assert_eq!(with_given(path, *b"t", || text(path, 5)).unwrap(), "t");
         assert_eq!(text(path, 5).unwrap_err().kind(), io::ErrorKind::NotFound);
         give(path, Bytes::from_static(b"t,id"));
         assert_eq!(text(path, 4).unwrap(), "t,id");

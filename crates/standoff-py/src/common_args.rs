@@ -4,6 +4,7 @@ use std::convert::Infallible;
 use std::ffi::CString;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use pyo3::exceptions::{PyOverflowError, PyTypeError, PyUserWarning};
 #[cfg(feature = "stubs")]
@@ -75,6 +76,30 @@ impl MapArg {
     /// Returns the maps that replace those of the scenario or of the record.
     pub(crate) fn maps(map: Option<Self>) -> Maps {
         Maps(map.map_or_else(Vec::new, |Self(paths)| paths))
+    }
+}
+
+/// Traffic: a file, or a data frame as CSV.
+pub(crate) enum TrafficArg {
+    File(PathBuf),
+    Csv(Arc<[u8]>),
+}
+
+impl FromPyObject<'_, '_> for TrafficArg {
+    type Error = PyErr;
+
+    #[cfg(feature = "stubs")]
+    const INPUT_TYPE: PyStaticExpr =
+        type_hint_union!(STR, PATH, type_hint_identifier!("standoff._frames", "DataFrame"));
+
+    fn extract(given: Borrowed<'_, '_, PyAny>) -> PyResult<Self> {
+        if let Ok(path) = given.extract() {
+            return Ok(Self::File(path));
+        }
+        let csv = given.py().import("standoff._frames")?.call_method1("csv", (&*given,))?;
+        let csv: Option<String> = csv.extract()?;
+        let csv = csv.map(|csv| Self::Csv(csv.into_bytes().into()));
+        csv.ok_or_else(|| wrong_type("a path, or a data frame of pandas, polars or pyarrow", &given))
     }
 }
 

@@ -15,7 +15,7 @@ use standoff_io::display_text;
 use standoff_score::{MetricSelection, SelectedMetrics};
 use standoff_sim::run::Mission;
 
-use crate::common_args::{Dict, MapArg, MetricsArg, Whole, count, json, small, warn, warning};
+use crate::common_args::{Dict, MapArg, MetricsArg, TrafficArg, Whole, count, json, small, warn, warning};
 use crate::exceptions::{InputError, StandoffError, raised};
 use crate::folder::in_folder;
 use crate::interruptible::{unless_interrupted, until_done};
@@ -143,7 +143,7 @@ impl Flight {
 /// :param scenario: name of a built-in scenario, path of a scenario file, or a :class:`Scenario`. None:
 ///     ``improved/figure-9`` or, with ``traffic``, ``traffic/convoy``, as on the command line.
 /// :param seed: seed of all random values, 0 to 2**63 - 1; 1 by default.
-/// :param traffic: traffic file with the targets: SUMO floating-car data or CSV tracks, plain or .gz.
+/// :param traffic: traffic file or data frame with the targets, as for :class:`Scenario`.
 /// :param uavs: number of UAVs, started on an orbit about the first targets.
 /// :param set: values of the scenario to change, by dotted key.
 /// :param metrics: names of metrics (docs/user/metrics.md) and of the sets ``standard``, ``limits``, ``association``,
@@ -171,7 +171,7 @@ pub(crate) fn run(
     py: Python<'_>,
     scenario: Option<&Bound<'_, PyAny>>,
     seed: Whole,
-    traffic: Option<PathBuf>,
+    traffic: Option<TrafficArg>,
     uavs: Option<Whole>,
     set: Option<Dict<'_>>,
     metrics: MetricsArg,
@@ -249,7 +249,7 @@ pub(crate) fn baseline<'py>(
     py: Python<'py>,
     scenario: Option<&Bound<'py, PyAny>>,
     seed: Whole,
-    traffic: Option<PathBuf>,
+    traffic: Option<TrafficArg>,
     uavs: Option<Whole>,
     set: Option<Dict<'py>>,
 ) -> PyResult<Dict<'py>> {
@@ -329,6 +329,17 @@ impl Run {
             return Err(PyKeyError::new_err(format!("no table {name:?}; tables: {}", TABLES.join(", "))));
         }
         Table::open(&this.get().dir.join(format!("{name}.parquet")), Some(this.clone().into_any().unbind()))
+    }
+
+    /// Makes a ``geopandas.GeoDataFrame`` of a table: its rows with their places as points (EPSG:4326); needs GeoPandas.
+    ///
+    /// :param table: name of the table, as for :meth:`table`.
+    /// :raises InputError: if the rows have no latitude and longitude: only runs over traffic in degrees, and flights,
+    ///     are at a place on the Earth.
+    #[pyo3(signature = (table="tracks"))]
+    fn to_geodataframe<'py>(this: &Bound<'py, Self>, table: &str) -> PyResult<Bound<'py, PyAny>> {
+        let table = Self::table(this, table)?;
+        this.py().import("standoff._frames")?.call_method1("to_geodataframe", (table,))
     }
 
     /// State of each UAV at each time step.

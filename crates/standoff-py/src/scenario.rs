@@ -1,14 +1,16 @@
 //! Scenarios as Python objects, before random values are drawn.
 
-use std::env;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::{env, fs};
 
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyInt, PyList, PyString, PyTuple};
+use standoff_io::bounded_input;
 use standoff_sim::scenario::{BUILT_IN, Overrides, ScenarioError as SimScenarioError, ScenarioTemplate};
 use toml::{Table, Value};
 
-use crate::common_args::{Dict, Whole, count, small, type_name};
+use crate::common_args::{Dict, TrafficArg, Whole, count, small, type_name};
 use crate::exceptions::{ScenarioError, of_scenario};
 
 /// A scenario: a built-in one, a scenario file, or TOML text, with changes.
@@ -17,7 +19,8 @@ use crate::exceptions::{ScenarioError, of_scenario};
 /// is run or :meth:`resolved` with a seed. docs/user/scenarios.md lists the keys.
 ///
 /// :param scenario: name of a built-in scenario, or path of a scenario file (str or os.PathLike).
-/// :param traffic: traffic file with the targets: SUMO floating-car data or CSV tracks, plain or .gz.
+/// :param traffic: traffic with the targets: a file (SUMO floating-car data, CSV tracks or GPX, plain or .gz), or a data
+///     frame of pandas, polars or pyarrow with the columns of CSV tracks (docs/user/your-own-traffic.md).
 /// :param uavs: number of UAVs, started on an orbit about the first targets.
 /// :param set: values to change, by dotted key: ``{"guidance.lead_s": 1.5}``; nested dicts are tables.
 /// :raises ScenarioError: if the scenario is invalid; the message shows the line and marks the position.
@@ -26,8 +29,13 @@ use crate::exceptions::{ScenarioError, of_scenario};
 pub(crate) struct Scenario {
     source: Source,
     overrides: Overrides,
+    /// Traffic of a data frame, as the file [`FRAME`].
+    csv: Option<Arc<[u8]>>,
     template: ScenarioTemplate,
 }
+
+/// Name of the traffic of a data frame, which the run has, too.
+const FRAME: &str = "traffic.csv";
 
 /// Origin of a scenario: a name or path, or TOML text with the folder for its relative paths.
 #[derive(Clone, PartialEq, Eq)]
@@ -46,17 +54,17 @@ impl Source {
 }
 
 impl Scenario {
-    fn load(source: Source, overrides: Overrides) -> PyResult<Self> {
-        let template = source.load(&overrides).map_err(of_scenario)?;
-        Ok(Self { source, overrides, template })
+    fn load(source: Source, overrides: Overrides, csv: Option<Arc<[u8]>>) -> PyResult<Self> {
+        let template = with_frame(csv.as_ref(), || source.load(&overrides))?;
+        Ok(Self { source, overrides, csv, template })
     }
 
     /// Returns the scenario with further changes, each `KEY=VALUE`.
     pub(crate) fn with(&self, set: &[String]) -> PyResult<Self> {
-        let template = self.template.changed(set).map_err(of_scenario)?;
+        let template = with_frame(self.csv.as_ref(), || self.template.changed(set))?;
         let mut overrides = self.overrides.clone();
         overrides.set.extend_from_slice(set);
-        Ok(Self { source: self.source.clone(), overrides, template })
+        Ok(Self { source: self.source.clone(), overrides, csv: self.csv.clone(), template })
     }
 
     pub(crate) fn template(&self) -> &ScenarioTemplate {
@@ -75,6 +83,19 @@ impl Scenario {
     }
 }
 
+/// Loads a scenario whose traffic may be that of a data frame. Errors in it name the row instead of the line.
+fn with_frame<T>(csv: Option<&Arc<[u8]>>, load: impl FnOnce() -> Result<T, SimScenarioError>) -> PyResult<T> {
+    let Some(csv) = csv else { return load().map_err(of_scenario) };
+    bounded_input::with_given(Path::new(FRAME), Arc::clone(csv), load).map_err(|mut error| {
+        for problem in error.problems.iter_mut().filter(|problem| problem.file == FRAME) {
+            // The header is line 1, and rows count from 0.
+            let row = problem.place.take().and_then(|place| place.line.checked_sub(2));
+            problem.file = row.map_or_else(|| "traffic".to_owned(), |row| format!("traffic, row {row}"));
+        }
+        of_scenario(error)
+    })
+}
+
 /// Default scenarios, without and with a traffic file.
 const DEFAULT_SCENARIO: &str = "improved/figure-9";
 const DEFAULT_FOR_TRAFFIC: &str = "traffic/convoy";
@@ -87,20 +108,24 @@ pub(crate) fn scenario_of(scenario: &Bound<'_, PyAny>) -> PyResult<Scenario> {
 /// Converts a scenario argument and applies changes. Without a scenario, uses the default of the command line.
 pub(crate) fn scenario_with(
     scenario: Option<&Bound<'_, PyAny>>,
-    traffic: Option<PathBuf>,
+    traffic: Option<TrafficArg>,
     uavs: Option<u32>,
     set: Option<&Dict<'_>>,
 ) -> PyResult<Scenario> {
     let default = if traffic.is_some() { DEFAULT_FOR_TRAFFIC } else { DEFAULT_SCENARIO };
-    let (source, overrides) = match scenario {
-        None => (Source::Named(default.to_owned()), Overrides::default()),
+    let (source, overrides, csv) = match scenario {
+        None => (Source::Named(default.to_owned()), Overrides::default(), None),
         Some(scenario) => match scenario.cast::<Scenario>() {
             Ok(scenario) if traffic.is_none() && uavs.is_none() && set.is_none() => return Ok(scenario.get().clone()),
-            Ok(scenario) => (scenario.get().source.clone(), scenario.get().overrides.clone()),
-            Err(_) => (Source::Named(path(scenario)?), Overrides::default()),
+            Ok(scenario) => {
+                let Scenario { source, overrides, csv, .. } = scenario.get().clone();
+                (source, overrides, csv)
+            }
+            Err(_) => (Source::Named(path(scenario)?), Overrides::default(), None),
         },
     };
-    Scenario::load(source, changed(overrides, traffic, uavs, set)?)
+    let (overrides, csv) = changed(overrides, csv, traffic, uavs, set)?;
+    Scenario::load(source, overrides, csv)
 }
 
 #[pymethods]
@@ -109,7 +134,7 @@ impl Scenario {
     #[pyo3(signature = (scenario, *, traffic=None, uavs=None, set=None))]
     fn new(
         scenario: &Bound<'_, PyAny>,
-        traffic: Option<PathBuf>,
+        traffic: Option<TrafficArg>,
         uavs: Option<Whole>,
         set: Option<Dict<'_>>,
     ) -> PyResult<Self> {
@@ -126,7 +151,7 @@ impl Scenario {
     fn from_toml(toml: &str, name: &str) -> PyResult<Self> {
         let folder = env::current_dir().unwrap_or_default();
         let source = Source::Toml { name: name.to_owned(), toml: toml.to_owned(), folder };
-        Self::load(source, Overrides::default())
+        Self::load(source, Overrides::default(), None)
     }
 
     /// Makes a scenario from nested dicts, as returned by :meth:`to_dict` or by ``tomllib`` for a scenario file.
@@ -142,8 +167,10 @@ impl Scenario {
 
     /// Returns a copy with further changes; parameters as for the class.
     #[pyo3(signature = (*, traffic=None, uavs=None, set=None))]
-    fn changed(&self, traffic: Option<PathBuf>, uavs: Option<Whole>, set: Option<Dict<'_>>) -> PyResult<Self> {
-        Self::load(self.source.clone(), changed(self.overrides.clone(), traffic, small("uavs", uavs)?, set.as_ref())?)
+    fn changed(&self, traffic: Option<TrafficArg>, uavs: Option<Whole>, set: Option<Dict<'_>>) -> PyResult<Self> {
+        let Self { source, overrides, csv, .. } = self.clone();
+        let (overrides, csv) = changed(overrides, csv, traffic, small("uavs", uavs)?, set.as_ref())?;
+        Self::load(source, overrides, csv)
     }
 
     /// Name of the scenario.
@@ -152,10 +179,18 @@ impl Scenario {
         self.template.name()
     }
 
-    /// Traffic files of the scenario; empty if it uses none or a built-in one.
+    /// Traffic files of the scenario; empty if it uses none, a built-in one or a data frame.
     #[getter]
     fn traffic_files(&self) -> Vec<PathBuf> {
-        self.template.traffic_files()
+        if self.csv.is_some() { Vec::new() } else { self.template.traffic_files() }
+    }
+
+    /// Returns the traffic files; writes that of a data frame to a folder first.
+    fn _saved_traffic(&self, folder: PathBuf) -> PyResult<Vec<PathBuf>> {
+        let Some(csv) = &self.csv else { return Ok(self.traffic_files()) };
+        let file = folder.join(FRAME);
+        fs::write(&file, csv)?;
+        Ok(vec![file])
     }
 
     /// The scenario as TOML with its changes and all defaults, before random values are drawn.
@@ -190,7 +225,8 @@ impl Scenario {
             Source::Toml { name, toml, folder } => (name, Some(toml), Some(folder)),
         };
         let restored = py.import("standoff._standoff")?.getattr("Scenario")?.getattr("_restored")?;
-        Ok((restored, (name, toml, folder, set, traffic, uavs).into_pyobject(py)?))
+        let csv = self.csv.as_deref();
+        Ok((restored, (name, toml, folder, set, traffic, uavs, csv).into_pyobject(py)?))
     }
 
     /// Restores a pickled scenario.
@@ -202,12 +238,13 @@ impl Scenario {
         set: Vec<String>,
         traffic: Vec<PathBuf>,
         uavs: Option<u32>,
+        csv: Option<&[u8]>,
     ) -> PyResult<Self> {
         let source = match toml {
             Some(toml) => Source::Toml { name, toml, folder: folder.unwrap_or_default() },
             None => Source::Named(name),
         };
-        Self::load(source, Overrides { set, traffic, uavs, ..Overrides::default() })
+        Self::load(source, Overrides { set, traffic, uavs, ..Overrides::default() }, csv.map(Arc::from))
     }
 }
 
@@ -231,18 +268,25 @@ fn path(scenario: &Bound<'_, PyAny>) -> PyResult<String> {
 
 fn changed(
     mut overrides: Overrides,
-    traffic: Option<PathBuf>,
+    mut csv: Option<Arc<[u8]>>,
+    traffic: Option<TrafficArg>,
     uavs: Option<u32>,
     set: Option<&Dict<'_>>,
-) -> PyResult<Overrides> {
-    overrides.traffic = traffic.map_or(overrides.traffic, |file| vec![file]);
+) -> PyResult<(Overrides, Option<Arc<[u8]>>)> {
+    if let Some(traffic) = traffic {
+        let (file, of_frame) = match traffic {
+            TrafficArg::File(file) => (file, None),
+            TrafficArg::Csv(csv) => (FRAME.into(), Some(csv)),
+        };
+        (overrides.traffic, csv) = (vec![file], of_frame);
+    }
     overrides.uavs = uavs.or(overrides.uavs);
     for (key, value) in set.into_iter().flat_map(|set| set.0.iter()) {
         let key: String = key.extract().map_err(|_| ScenarioError::new_err("set: keys must be str"))?;
         let value = self::value(&value).map_err(|what| ScenarioError::new_err(format!("set: {key}: {what}")))?;
         overrides.set.push(format!("{key}={value}"));
     }
-    Ok(overrides)
+    Ok((overrides, csv))
 }
 
 /// Converts a dict to a TOML table.

@@ -6,15 +6,15 @@ use std::sync::Arc;
 
 use arrow_array::cast::AsArray;
 use arrow_array::ffi_stream::FFI_ArrowArrayStream;
-use arrow_array::types::{Float64Type, Int32Type, Int64Type};
+use arrow_array::types::{Float64Type, Int32Type, Int64Type, TimestampMicrosecondType};
 use arrow_array::{
     Array, ArrayRef, BooleanArray, Float64Array, Int32Array, Int64Array, RecordBatch, RecordBatchIterator,
     RecordBatchReader, StringArray,
 };
 use arrow_schema::ffi::FFI_ArrowSchema;
-use arrow_schema::{ArrowError, DataType, Field, Schema, SchemaRef};
+use arrow_schema::{ArrowError, DataType, Field, Schema, SchemaRef, TimeUnit};
 use numpy::IntoPyArray;
-use parquet::basic::Type as Physical;
+use parquet::basic::{LogicalType, Type as Physical};
 use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use parquet::data_type::ByteArray;
 use parquet::errors::{ParquetError, Result as ParquetResult};
@@ -133,6 +133,7 @@ fn arrow_schema_of(file: &Source) -> Result<SchemaRef, Error> {
     let field = |column: &Arc<parquet::schema::types::ColumnDescriptor>| {
         let name = column.path().string();
         let kind = match column.physical_type() {
+            Physical::INT64 if matches!(column.logical_type_ref(), Some(LogicalType::Timestamp(_))) => utc(),
             Physical::DOUBLE => DataType::Float64,
             Physical::INT64 => DataType::Int64,
             Physical::INT32 => DataType::Int32,
@@ -146,11 +147,16 @@ fn arrow_schema_of(file: &Source) -> Result<SchemaRef, Error> {
     Ok(Arc::new(Schema::new(fields)))
 }
 
+/// Type of a time in UTC.
+fn utc() -> DataType {
+    DataType::Timestamp(TimeUnit::Microsecond, Some("UTC".into()))
+}
+
 /// Parquet type of a column.
 fn physical(field: &Field) -> Physical {
     match field.data_type() {
         DataType::Float64 => Physical::DOUBLE,
-        DataType::Int64 => Physical::INT64,
+        DataType::Int64 | DataType::Timestamp(..) => Physical::INT64,
         DataType::Int32 => Physical::INT32,
         DataType::Boolean => Physical::BOOLEAN,
         _ => Physical::BYTE_ARRAY,
@@ -169,7 +175,7 @@ impl FileReader {
         let read = self.batches.next(ROWS, |column, reader, rows| {
             let is_optional = self.schema.field(column).is_nullable();
             let (array, found) = read_array(reader, rows, is_optional)?;
-            arrays.push(array);
+            arrays.push(if *self.schema.field(column).data_type() == utc() { in_utc(&array) } else { array });
             Ok(found)
         });
         match read.map_err(|error| ArrowError::ParquetError(error.to_string()))? {
@@ -177,6 +183,11 @@ impl FileReader {
             _ => RecordBatch::try_new(Arc::clone(&self.schema), arrays).map(Some),
         }
     }
+}
+
+/// Converts microseconds to times.
+fn in_utc(array: &ArrayRef) -> ArrayRef {
+    Arc::new(array.as_primitive::<Int64Type>().reinterpret_cast::<TimestampMicrosecondType>().with_timezone("UTC"))
 }
 
 impl Iterator for FileReader {
@@ -306,10 +317,10 @@ impl Table {
     /// Reads one column as a NumPy array, shape ``(len(table),)``.
     ///
     /// Numeric columns with missing values become float64 with NaN. Text columns, and boolean columns with missing
-    /// values, become object arrays with None.
+    /// values, become object arrays with None. Times in UTC become datetime64[us].
     ///
     /// :param column: name of the column; its suffix is the unit.
-    /// :returns: a new array of float64, int64, int32, bool or object.
+    /// :returns: a new array of float64, int64, int32, bool, datetime64 or object.
     /// :raises KeyError: if no column has this name.
     fn to_numpy<'py>(&self, py: Python<'py>, column: &str) -> PyResult<Bound<'py, PyAny>> {
         let place = self.schema().index_of(column).map_err(|_| {
@@ -386,6 +397,11 @@ fn in_numpy<'py>(py: Python<'py>, kind: &DataType, parts: &[ArrayRef]) -> PyResu
         DataType::Float64 => numbers!(Float64Type),
         DataType::Int64 => numbers!(Int64Type),
         DataType::Int32 => numbers!(Int32Type),
+        DataType::Timestamp(..) => {
+            let parts = parts.iter().map(|part| part.as_primitive::<TimestampMicrosecondType>());
+            let values: Vec<i64> = parts.flat_map(|part| part.values().iter().copied()).collect();
+            values.into_pyarray(py).call_method1("astype", ("datetime64[us]",))?
+        }
         DataType::Boolean => {
             let values = parts.iter().flat_map(|part| part.as_boolean().iter());
             match values.collect::<Option<Vec<bool>>>() {
