@@ -111,7 +111,7 @@ inReport("the outcome table equals summary.json", {}, async (page) => {
   const { metrics } = JSON.parse(readFileSync(join(folder("figure-9"), "summary.json"), "utf8"));
   await page.getByRole("tab", { name: "Outcome" }).click();
   const table = page.getByRole("table", { name: "Results of the run" });
-  assert.ok((await table.locator("td[data-metric]").count()) <= 11, "by default, the main metrics");
+  assert.ok((await table.locator("td[data-metric]").count()) <= 12, "by default, the main metrics");
   await page.getByLabel("all metrics").check();
   const cells = await table.locator("td[data-metric]").evaluateAll((cells) =>
     cells.map((cell) => [cell.dataset.metric, cell.textContent, cell.nextSibling.textContent]));

@@ -80,16 +80,20 @@ impl Default for Args {
     }
 }
 
-pub(crate) fn run(args: &Args) -> Result<(), Failure> {
-    if !args.view {
-        let wrong = [
-            (args.served.has_address(), "--listen sets the address of the page that --view serves: add --view"),
-            (args.served.has_tiles(), "--tiles adds images to the page that --view serves: add --view"),
-        ];
-        if let Some((_, message)) = wrong.into_iter().find(|(is_given, _)| *is_given) {
-            return Err(Failure::Input(message.to_owned()));
-        }
+/// Refuses options of the live view without it.
+fn check_view(args: &Args) -> Result<(), Failure> {
+    let wrong = [
+        (args.served.has_address(), "--listen sets the address of the page that --view serves: add --view"),
+        (args.served.has_tiles(), "--tiles adds images to the page that --view serves: add --view"),
+    ];
+    match wrong.into_iter().find(|(is_given, _)| *is_given && !args.view) {
+        Some((_, message)) => Err(Failure::Input(message.to_owned())),
+        None => Ok(()),
     }
+}
+
+pub(crate) fn run(args: &Args) -> Result<(), Failure> {
+    check_view(args)?;
     let name = args.changes.scenario(args.scenario.as_deref(), DEFAULT_SCENARIO);
     let overrides = args.maps.with(args.changes.overrides()?);
     let template = ScenarioTemplate::load(name, &overrides).map_err(Failure::Scenario)?;

@@ -77,8 +77,9 @@ const UNITS: [(&str, &str, f64); 10] = [
 ];
 
 /// Metrics that tables of results show if the user selects none.
-const MAIN: [&str; 11] = [
+const MAIN: [&str; 12] = [
     "custody_fraction",
+    "priority_custody_fraction",
     "in_view_fraction",
     "longest_out_of_view_s",
     "off_boresight_max_deg",
