@@ -50,11 +50,9 @@ def csv(frame: object) -> str | None:
         text = frame.write_csv()
         return text
     if hasattr(frame, "__arrow_c_stream__"):
-        import pyarrow
-        import pyarrow.csv
-
+        pyarrow = _imported("pyarrow", "a data frame without to_csv")
         buffer = pyarrow.BufferOutputStream()
-        pyarrow.csv.write_csv(pyarrow.table(frame), buffer)
+        _imported("pyarrow.csv").write_csv(pyarrow.table(frame), buffer)
         text = buffer.getvalue().to_pybytes().decode()
         return text
     return None

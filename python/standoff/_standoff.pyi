@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from numpy.typing import ArrayLike
 from os import PathLike
 from pathlib import Path
+from standoff._frames import DataFrame
 from typing import Any, Final, SupportsFloat, SupportsIndex, final
 
 __all__ = ["__version__", "AssignmentProblem", "Batch", "Command", "Comparison", "Cue", "EnvStep", "Filter", "Intruder", "MissionInfo", "Observation", "Report", "Run", "Scenario", "StandoffDistance", "Steering", "Sweep", "Table", "TeamState", "Tracks", "Worlds", "Zone", "_described", "_difference", "_fly_described", "_sweep_complete", "_sweep_difference", "_sweep_plan", "baseline", "compare", "merge", "monte_carlo", "observation_features", "run", "scenarios", "standoff_distance", "steer", "sweep"]
@@ -683,6 +684,14 @@ class Run:
         """
         Scores of each target, one row per target: custody, longest time out of view, position error, ANEES.
         """
+    def to_geodataframe(self, /, table: str = "tracks") -> Any:
+        """
+        Makes a ``geopandas.GeoDataFrame`` of a table: its rows with their places as points (EPSG:4326); needs GeoPandas.
+
+        :param table: name of the table, as for :meth:`table`.
+        :raises InputError: if the rows have no latitude and longitude: only runs over traffic in degrees, and flights,
+            are at a place on the Earth.
+        """
     @property
     def tracks(self, /) -> Table:
         """
@@ -708,20 +717,25 @@ class Scenario:
     is run or :meth:`resolved` with a seed. docs/user/scenarios.md lists the keys.
 
     :param scenario: name of a built-in scenario, or path of a scenario file (str or os.PathLike).
-    :param traffic: traffic file with the targets: SUMO floating-car data or CSV tracks, plain or .gz.
+    :param traffic: traffic with the targets: a file (SUMO floating-car data, CSV tracks or GPX, plain or .gz), or a data
+        frame of pandas, polars or pyarrow with the columns of CSV tracks (docs/user/your-own-traffic.md).
     :param uavs: number of UAVs, started on an orbit about the first targets.
     :param set: values to change, by dotted key: ``{"guidance.lead_s": 1.5}``; nested dicts are tables.
     :raises ScenarioError: if the scenario is invalid; the message shows the line and marks the position.
     """
-    def __new__(cls, /, scenario: Any, *, traffic: str | PathLike[str] | None = None, uavs: SupportsIndex | None = None, set: dict[str, Any] | None = None) -> Scenario: ...
+    def __new__(cls, /, scenario: Any, *, traffic: str | PathLike[str] | DataFrame | None = None, uavs: SupportsIndex | None = None, set: dict[str, Any] | None = None) -> Scenario: ...
     def __reduce__(self, /) -> "tuple[object, tuple[object, ...]]": ...
     def __repr__(self, /) -> str: ...
     @staticmethod
-    def _restored(name: str, toml: str | None, folder: str | PathLike[str] | None, set: SupportsGetItem[int, str], traffic: SupportsGetItem[int, str | PathLike[str]], uavs: SupportsIndex | None) -> Scenario:
+    def _restored(name: str, toml: str | None, folder: str | PathLike[str] | None, set: SupportsGetItem[int, str], traffic: SupportsGetItem[int, str | PathLike[str]], uavs: SupportsIndex | None, csv: bytes | None) -> Scenario:
         """
         Restores a pickled scenario.
         """
-    def changed(self, /, *, traffic: str | PathLike[str] | None = None, uavs: SupportsIndex | None = None, set: dict[str, Any] | None = None) -> Scenario:
+    def _saved_traffic(self, /, folder: str | PathLike[str]) -> list[Path]:
+        """
+        Returns the traffic files; writes that of a data frame to a folder first.
+        """
+    def changed(self, /, *, traffic: str | PathLike[str] | DataFrame | None = None, uavs: SupportsIndex | None = None, set: dict[str, Any] | None = None) -> Scenario:
         """
         Returns a copy with further changes; parameters as for the class.
         """
@@ -767,7 +781,7 @@ class Scenario:
     @property
     def traffic_files(self, /) -> list[Path]:
         """
-        Traffic files of the scenario; empty if it uses none or a built-in one.
+        Traffic files of the scenario; empty if it uses none, a built-in one or a data frame.
         """
 
 @final
@@ -914,10 +928,10 @@ class Table:
         Reads one column as a NumPy array, shape ``(len(table),)``.
 
         Numeric columns with missing values become float64 with NaN. Text columns, and boolean columns with missing
-        values, become object arrays with None.
+        values, become object arrays with None. Times in UTC become datetime64[us].
 
         :param column: name of the column; its suffix is the unit.
-        :returns: a new array of float64, int64, int32, bool or object.
+        :returns: a new array of float64, int64, int32, bool, datetime64 or object.
         :raises KeyError: if no column has this name.
         """
     def to_pandas(self, /) -> Any:
@@ -1046,6 +1060,14 @@ class Worlds:
         """
         Number of worlds.
         """
+    def image(self, /, world: SupportsIndex = 0) -> Incomplete:
+        """
+        Draws the map of a world at this time step.
+
+        :param world: index of the world.
+        :returns: red, green and blue, shape (600, 600, 3), uint8; north is up.
+        :raises InputError: if the world does not exist or was not reset.
+        """
     def law_actions(self, /) -> Incomplete:
         """
         Returns the actions that the built-in guidance law would choose at this time step, as a baseline for the policy
@@ -1158,7 +1180,7 @@ def _sweep_plan(scenario: Any, vary: dict[str, Any], points: SupportsIndex | Non
     Definition of a sweep as JSON, the folder of each point's batch, and the scenario of each point.
     """
 
-def baseline(scenario: Any | None = None, *, seed: SupportsIndex = ..., traffic: str | PathLike[str] | None = None, uavs: SupportsIndex | None = None, set: dict[str, Any] | None = None) -> dict[str, Any]:
+def baseline(scenario: Any | None = None, *, seed: SupportsIndex = ..., traffic: str | PathLike[str] | DataFrame | None = None, uavs: SupportsIndex | None = None, set: dict[str, Any] | None = None) -> dict[str, Any]:
     """
     Computes the coverage baseline of a scenario: the coverage of greedily placed sensor footprints with perfect
     knowledge of the target positions. The numbers are those of ``standoff baseline``.
@@ -1228,14 +1250,14 @@ def observation_features() -> list[tuple[str, float, float, str]]:
     the bounds.
     """
 
-def run(scenario: Any | None = None, *, seed: SupportsIndex = ..., traffic: str | PathLike[str] | None = None, uavs: SupportsIndex | None = None, set: dict[str, Any] | None = None, metrics: str | Sequence[str] = ..., out: str | PathLike[str] | None = None, map: str | PathLike[str] | Sequence[str | PathLike[str]] | None = None, law: Any | None = None, law_limit_s: SupportsFloat | SupportsIndex = 10.0, baseline: bool = False) -> Run:
+def run(scenario: Any | None = None, *, seed: SupportsIndex = ..., traffic: str | PathLike[str] | DataFrame | None = None, uavs: SupportsIndex | None = None, set: dict[str, Any] | None = None, metrics: str | Sequence[str] = ..., out: str | PathLike[str] | None = None, map: str | PathLike[str] | Sequence[str | PathLike[str]] | None = None, law: Any | None = None, law_limit_s: SupportsFloat | SupportsIndex = 10.0, baseline: bool = False) -> Run:
     """
     Runs a scenario and records it. Writes byte for byte the same files as ``standoff run``, with the same results.
 
     :param scenario: name of a built-in scenario, path of a scenario file, or a :class:`Scenario`. None:
         ``improved/figure-9`` or, with ``traffic``, ``traffic/convoy``, as on the command line.
     :param seed: seed of all random values, 0 to 2**63 - 1; 1 by default.
-    :param traffic: traffic file with the targets: SUMO floating-car data or CSV tracks, plain or .gz.
+    :param traffic: traffic file or data frame with the targets, as for :class:`Scenario`.
     :param uavs: number of UAVs, started on an orbit about the first targets.
     :param set: values of the scenario to change, by dotted key.
     :param metrics: names of metrics (docs/user/metrics.md) and of the sets ``standard``, ``limits``, ``association``,

@@ -159,7 +159,7 @@ class GroupTrackingEnv(NotCopied, gymnasium.Env[Observations, Actions]):
         law: NDArray[np.float64] = self._worlds.law_actions()[0]
         return law
 
-    def render(self) -> Image | None:  # type: ignore[override]
+    def render(self) -> Image | None:
         """The map at this time step; ``None`` without a render mode.
 
         :returns: red, green and blue, (600, 600, 3); north is up.
@@ -268,7 +268,7 @@ class GroupTrackingVectorEnv(NotCopied, VectorEnv[Observations, Actions, NDArray
         law: NDArray[np.float64] = self._worlds.law_actions()
         return law
 
-    def render(self) -> tuple[Image, ...] | None:  # type: ignore[override]
+    def render(self) -> tuple[Image, ...] | None:
         """The maps of all missions at this time step, as for a single environment; ``None`` without a render mode."""
         return tuple(self._worlds.image(world) for world in range(self.num_envs)) if self.render_mode else None
 
