@@ -79,7 +79,7 @@ def check(table, path, counts):
         order = list(zip(values["time_us"], values["agent"]))
         require(order == sorted(order), table, "is not in order of time and agent")
     page = (Path(__file__).parent.parent / "docs" / "user" / "record.md").read_text(encoding="utf-8")
-    text = sections(page, table) + "`time_us` `time_s`"
+    text = sections(page, table) + "`time_us` `time_s` `time_utc` `latitude_deg` `longitude_deg`"
     undocumented = [name for name in names if f"`{name}`" not in text]
     require(not undocumented, table, f"has columns that docs/user/record.md does not describe: {undocumented}")
     for name, column in columns:
