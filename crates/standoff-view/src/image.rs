@@ -15,8 +15,8 @@ const REACH_MIN_M: f64 = 100.0;
 /// Steps in which the map zooms out, so that it rarely changes its scale.
 const ZOOM: f64 = 1.25;
 
-/// Draws a square of `size` px as rows of red, green and blue from the top. North is up; all objects are in the image.
-pub fn rgb(frame: &Frame, sensor: &SensorParams, size: u32) -> Result<Vec<u8>, Box<dyn Error>> {
+/// Returns the centre of the image, and the distance from there to its edges, m.
+fn extent(frame: &Frame) -> ((f64, f64), f64) {
     let uavs = frame.uavs.iter().map(|row| (row.x_m, row.y_m, 0.0));
     let tracks = frame.tracks.iter().map(|row| (row.state[0], row.state[3], 0.0));
     let truth = frame.truth.iter().map(|row| (row.x_m, row.y_m, 0.0));
@@ -32,6 +32,12 @@ pub fn rgb(frame: &Frame, sensor: &SensorParams, size: u32) -> Result<Vec<u8>, B
     while reach_m < 1.1 * half_x_m.max(half_y_m) {
         reach_m *= ZOOM;
     }
+    ((centre_x_m, centre_y_m), reach_m)
+}
+
+/// Draws a square of `size` px as rows of red, green and blue from the top. North is up; all objects are in the image.
+pub fn rgb(frame: &Frame, sensor: &SensorParams, size: u32) -> Result<Vec<u8>, Box<dyn Error>> {
+    let ((centre_x_m, centre_y_m), reach_m) = extent(frame);
     let scale = 0.5 * f64::from(size) / reach_m;
     let px = |(x_m, y_m): (f64, f64)| {
         let half = 0.5 * f64::from(size);
@@ -105,7 +111,7 @@ mod tests {
         assert!(has(UAVS[1]) && has(GROUPS[0]) && !has(UAVS[0]));
         // The UAV in the west looks east; north of it, there is nothing.
         assert!(colour(30, 100) != colour(30, 20));
-        // Objects without a finite distance between them give a image, too.
+        // Objects without a finite distance between them give an image, too.
         let far = Frame { truth: vec![truth_row(0, -1e300, 1e300), truth_row(1, 1e300, 0.0)], ..frame };
         assert_eq!(rgb(&far, &sensor, 10).unwrap().len(), 300);
     }
