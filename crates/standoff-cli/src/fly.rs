@@ -1,5 +1,6 @@
 //! `standoff fly`: runs the agent of one UAV behind its autopilot.
 
+use std::io;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
@@ -11,9 +12,9 @@ use standoff_fly::codec::SigningKey;
 use standoff_fly::config::{Config, Steer};
 use standoff_fly::flight_record::{FlightRecordError, FlightRecorder};
 use standoff_fly::run::{Devices, RunError, run as run_until};
-use standoff_io::atomic_file::{PARTIAL, sibling};
-use standoff_io::display_text;
+use standoff_io::atomic_file::{self, PARTIAL, sibling};
 use standoff_io::geodesy::{LocalPlane, Origin};
+use standoff_io::{bounded_input, display_text};
 use standoff_record::{Frame, Manifest, Occupancy, Writer, conflicting_files, occupancy};
 use standoff_sim::scenario::{Overrides, Scenario, ScenarioError, ScenarioTemplate};
 use standoff_view::serve::Server;
@@ -31,6 +32,7 @@ Examples:
     --origin 47.4,8.5 --key-file key.hex
   standoff fly team.toml --link udpin:127.0.0.1:14550 --origin 47.4,8.5 \\
     --out flight-1 --view
+  standoff fly --config /etc/standoff/uav-1.toml
   standoff fly team.toml --link udpin:127.0.0.1:14560 --origin 47.4,8.5 \\
     --uav 1 --system-id 2 --feed 127.0.0.1:47801 --listen 127.0.0.1:47901 \\
     --teammate 0=127.0.0.1:47900
@@ -50,6 +52,9 @@ enum SteerBy {
 pub(crate) struct Args {
     /// Scenario whose parameters and geofence the team uses: the same on every aircraft.
     scenario: String,
+    /// TOML file with options: its keys are their names. Options of the command line replace those of the file.
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
     /// Link to the autopilot: udpin:HOST:PORT, udpout:HOST:PORT, tcp:HOST:PORT or serial:DEVICE:BAUD.
     #[arg(long, value_name = "ADDRESS")]
     link: LinkAddress,
@@ -62,6 +67,12 @@ pub(crate) struct Args {
     /// Number of starts of this program on this flight, from 0; increase it after a restart in the air.
     #[arg(long, value_name = "N", default_value_t = 0)]
     restart_count: u32,
+    /// Take the number of starts from this file, and count this start in it.
+    #[arg(long, value_name = "FILE", conflicts_with = "restart_count")]
+    starts_file: Option<PathBuf>,
+    /// File that exists while the aircraft is commanded, for a supervisor that restarts the program.
+    #[arg(long, value_name = "FILE")]
+    commanded_file: Option<PathBuf>,
     /// MAVLink system id of the autopilot.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..))]
     system_id: u8,
@@ -98,6 +109,9 @@ pub(crate) struct Args {
     /// Write a record of the flight to this folder, which must not exist.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Write a record of each flight to a new folder in this one: flight-1, flight-2, ...
+    #[arg(long, value_name = "DIR", conflicts_with = "out")]
+    records: Option<PathBuf>,
     /// Serve a page that shows the flight.
     #[arg(long)]
     view: bool,
@@ -130,7 +144,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     warn(&config, &devices);
     let interruption = Interruption::install()?;
     let duration = args.seconds.map(|s| Duration::from_s(s.into()));
-    let Some((recorder, _server)) = begin_record(args, &scenario)? else {
+    let out = args.out.clone().or_else(|| args.records.as_deref().map(free_folder));
+    let Some((recorder, _server)) = begin_record(args, out.as_deref(), &scenario)? else {
         return run_until(config, &devices, interruption.flag(), duration, &mut note, &mut |_| {}).map_err(failure);
     };
     let add = &mut |frame| recorder.add(frame);
@@ -144,7 +159,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         FlightRecordError::Record(error) => of_record(error),
         other => Failure::running(other),
     });
-    if let (Ok(Some(length)), Some(out)) = (&recorded, &args.out) {
+    if let (Ok(Some(length)), Some(out)) = (&recorded, &out) {
         let (shown, out, length_s) = (display_text::path(out), display_text::shell_path(out), length.s());
         note(&format!("the record of {length_s} s is in {shown}: to print its results, run standoff report {out}"));
     }
@@ -169,7 +184,7 @@ fn config(args: &Args, scenario: &Scenario) -> Result<Config, Failure> {
         geofence: scenario.settings.geofence.clone(),
         areas: scenario.settings.priorities.areas.clone(),
         uav: UavId(args.uav),
-        restart_count: args.restart_count,
+        restart_count: args.starts_file.as_deref().map_or(Ok(args.restart_count), count_start)?,
         system_id: args.system_id,
         plane,
         teammates: args.teammate.iter().map(|(id, _)| UavId(*id)).collect(),
@@ -193,7 +208,24 @@ fn devices(args: &Args) -> Result<Devices, Failure> {
         teammates: args.teammate.iter().map(|(_, address)| address.clone()).collect(),
         sumo: args.sumo.clone(),
         cot: args.cot.clone(),
+        commanded_file: args.commanded_file.clone(),
     })
+}
+
+/// Adds 1 to the number of starts in a file, and returns the number before.
+fn count_start(file: &Path) -> Result<u32, Failure> {
+    let shown = display_text::path(file);
+    let starts = match bounded_input::text(file, 100) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => 0,
+        text => {
+            let text = text.map_err(|error| Failure::Input(format!("{shown}: {error}")))?;
+            let wrong = |_| Failure::Input(format!("{shown}: must contain the number of starts; write 0 for none"));
+            text.trim().parse().map_err(wrong)?
+        }
+    };
+    let next = u32::saturating_add(starts, 1);
+    atomic_file::save(file, format!("{next}\n")).map_err(|error| Failure::running(format!("{shown}: {error}")))?;
+    Ok(starts)
 }
 
 /// Warns of what makes a flight unsafe or its tracks wrong.
@@ -225,8 +257,12 @@ fn of_length(template: &ScenarioTemplate, length_s: f64) -> Result<Scenario, Sce
 }
 
 /// Starts the record and the page of a flight; `None` if the user wants neither.
-fn begin_record(args: &Args, scenario: &Scenario) -> Result<Option<(FlightRecorder, Option<Server>)>, Failure> {
-    if args.out.is_none() && !args.view {
+fn begin_record(
+    args: &Args,
+    out: Option<&Path>,
+    scenario: &Scenario,
+) -> Result<Option<(FlightRecorder, Option<Server>)>, Failure> {
+    if out.is_none() && !args.view {
         return Ok(None);
     }
     let [latitude_deg, longitude_deg] = args.origin;
@@ -237,7 +273,7 @@ fn begin_record(args: &Args, scenario: &Scenario) -> Result<Option<(FlightRecord
         begin_unix_us: Some(0),
         ..Manifest::new(&scenario.name, scenario.seed, scenario.settings.duration.s(), period.s())
     };
-    let writer = args.out.as_deref().map(|out| create_record(out, &manifest, scenario)).transpose()?;
+    let writer = out.map(|out| create_record(out, &manifest, scenario)).transpose()?;
     let mut live =
         args.view.then(|| LiveReplay::new(&manifest, &scenario.settings, Vec::new(), true, None)).transpose()?;
     let served = ServeArgs::at(args.view_at, args.no_open);
@@ -250,6 +286,13 @@ fn begin_record(args: &Args, scenario: &Scenario) -> Result<Option<(FlightRecord
     let look = move |frame: &Frame| live.iter_mut().for_each(|live| live.frame(frame));
     let recorder = FlightRecorder::start(writer, period, look, note).map_err(Failure::running)?;
     Ok(Some((recorder, server)))
+}
+
+/// Returns the first folder in `records` without a record. Its name is no time, because the clock of a companion
+/// computer can be wrong after the start.
+fn free_folder(records: &Path) -> PathBuf {
+    let is_free = |out: &PathBuf| !out.exists() && !sibling(out, PARTIAL).exists();
+    (1_u32..).map(|number| records.join(format!("flight-{number}"))).find(is_free).unwrap_or_default()
 }
 
 /// Creates the record of a flight. A flight cannot be repeated, so no older record is replaced.

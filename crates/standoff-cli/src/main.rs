@@ -6,6 +6,7 @@ mod compare;
 mod completions;
 mod export;
 mod fly;
+mod fly_config;
 mod live_view;
 mod maps;
 mod merge;
@@ -87,7 +88,7 @@ enum Command {
     #[command(after_help = export::EXAMPLES)]
     Export(export::Args),
     /// Run the agent of one UAV on its companion computer, behind an ArduPlane autopilot.
-    #[command(after_help = fly::EXAMPLES)]
+    #[command(after_help = fly::EXAMPLES, args_override_self = true)]
     Fly(fly::Args),
     /// Reproduce the paper's tables, figures and claims: the paper's values next to ours.
     #[command(after_help = reproduce::EXAMPLES)]
@@ -108,6 +109,12 @@ enum Command {
     Completions {
         /// The shell.
         shell: Shell,
+    },
+    /// Write the manual pages of all commands to a folder, for packages.
+    #[command(hide = true)]
+    ManPages {
+        /// The folder, which must exist.
+        dir: PathBuf,
     },
 }
 
@@ -175,14 +182,18 @@ fn run_command() -> Result<(), Failure> {
         let limit = format!("at most {ARGUMENT_MAX}: put long values in a scenario file");
         return Err(Failure::Input(format!("{shown}: an argument of {bytes} bytes; {limit}")));
     }
-    let cli = match Cli::try_parse() {
+    let (arguments, file) = fly_config::with_options_of_file(std::env::args_os().collect())?;
+    let cli = match Cli::try_parse_from(arguments) {
         Ok(cli) => cli,
         Err(misused) if misused.kind() == ErrorKind::InvalidUtf8 => return Err(not_text()),
         // The rendered message repeats arguments unescaped; `Failure` escapes them.
         Err(misused) if misused.use_stderr() => {
             let message = misused.render().to_string();
             let message = message.trim_start_matches("error: ").trim_end().to_owned();
-            return Err(Failure::Input(without_value().or_else(|| usage::advice(&misused)).unwrap_or(message)));
+            let message = without_value().or_else(|| usage::advice(&misused)).unwrap_or(message);
+            let place =
+                file.map_or_else(String::new, |file| format!("with the options of {}: ", display_text::path(&file)));
+            return Err(Failure::Input(place + &message));
         }
         Err(help) => return terminal::written(help.print()),
     };
@@ -204,5 +215,6 @@ fn run_command() -> Result<(), Failure> {
         Some(Command::Scenarios { action }) => scenarios::run(action),
         Some(Command::Check { file }) => scenarios::check(&file),
         Some(Command::Completions { shell }) => completions::show(shell, Cli::command()),
+        Some(Command::ManPages { dir }) => clap_mangen::generate_to(Cli::command(), dir).map_err(Failure::running),
     }
 }

@@ -224,6 +224,11 @@ impl Companion {
         matches!(self.authority.state(), State::Stopped { repeats: 1.., .. }) && self.inputs.is_accepted.is_none()
     }
 
+    /// True while commands are sent, or the request to circle that ends them is still repeated.
+    pub fn is_commanding(&self) -> bool {
+        matches!(self.authority.state(), State::Confirming { .. } | State::Engaged) || self.awaits_answer()
+    }
+
     /// One step of the program; call it about every [`STEP`].
     pub fn step(&mut self, now: Time) -> Outgoing {
         let mut outgoing = Outgoing::default();

@@ -9,6 +9,7 @@ pub mod authority;
 mod boot_clock;
 pub mod codec;
 pub mod command;
+mod commanded_file;
 pub mod companion;
 pub mod config;
 pub mod cot;

@@ -11,6 +11,7 @@ use standoff_record::Frame;
 
 use crate::address::LinkAddress;
 use crate::codec::{self, Codec, SigningKey};
+use crate::commanded_file::CommandedFile;
 use crate::companion::{Companion, Outgoing};
 use crate::config::Config;
 use crate::cot::CotSender;
@@ -60,6 +61,8 @@ pub struct Devices {
     pub sumo: Option<String>,
     /// Address of an operator map that receives Cursor-on-Target events.
     pub cot: Option<String>,
+    /// File that exists while the aircraft is commanded.
+    pub commanded_file: Option<PathBuf>,
 }
 
 /// Why the program has ended.
@@ -96,6 +99,10 @@ pub fn run(
     let mut sumo = devices.sumo.as_ref().map(connect).transpose()?;
     let open_cot = |to: &String| CotSender::open(to, plane).map_err(at(to));
     let mut cot = devices.cot.as_ref().map(open_cot).transpose()?;
+    let commanded = |file: &PathBuf| {
+        CommandedFile::new(file).map_err(|error| RunError::Input(format!("{}: {error}", display_text::path(file))))
+    };
+    let mut commanded_file = devices.commanded_file.as_ref().map(commanded).transpose()?;
 
     let clock = Clock { begun: Instant::now() };
     let begun_at = clock.now();
@@ -111,6 +118,7 @@ pub fn run(
         if let Some(left_at) = leaves_at {
             let is_over = now - left_at >= if companion.awaits_answer() { LEAVE_MAX } else { LEAVE };
             if is_over {
+                commanded_file.iter_mut().for_each(|file| file.update(false, report));
                 let saved = open.saver.map(|saver| saver.finish(open.codec.time_stamps()));
                 return saved.unwrap_or(Ok(())).map_err(at("time stamps of signed frames"));
             }
@@ -126,6 +134,8 @@ pub fn run(
             lines.into_iter().for_each(|line| companion.hear_feed_line(now, line));
         }
         let outgoing = companion.step(now);
+        // Before the first command is sent.
+        commanded_file.iter_mut().for_each(|file| file.update(companion.is_commanding(), report));
         open.send(now, &outgoing);
         if let Some(frame) = outgoing.frame {
             cot.iter_mut().for_each(|cot| cot.send(&frame));

@@ -38,6 +38,7 @@ fn fly(count: u32, seconds: f64) -> Vec<(live::Seen, plane::Plane, Vec<String>)>
             teammates: others().map(|other| radios[other as usize].clone()).collect(),
             sumo: None,
             cot: None,
+            commanded_file: None,
         };
         let lines = Arc::new(Mutex::new(Vec::new()));
         let report = Arc::clone(&lines);
@@ -80,6 +81,7 @@ fn fly_changed(
         teammates: Vec::new(),
         sumo: None,
         cot: None,
+        commanded_file: None,
     };
     let mut vehicle = plane::Plane::new(flight::local_plane(), Some(&key));
     change(&mut devices, &mut vehicle);
