@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use standoff::AreaOfInterest;
-use standoff_io::display_text::{did_you_mean, nearest, printable, quoted};
+use standoff_io::display_text::{did_you_mean, nearest};
 use standoff_score::Priorities;
 use toml::{Table, Value};
 
@@ -13,7 +13,7 @@ use super::error::ScenarioError;
 use super::geofence;
 use super::load::Typed;
 use super::schema_types::{self, ScenarioFile};
-use crate::traffic::{Traffic, Vehicle};
+use crate::traffic::{MAX_AT_ONCE, Traffic, Vehicle};
 
 /// Adds the priorities of the traffic file, except those of targets that the scenario names. The scenario, and so its
 /// record, then contains them.
@@ -40,11 +40,15 @@ pub(super) fn spell_out(typed: &mut Typed, traffic: Option<&Traffic>) -> Result<
 
 /// Returns the names of the targets by id.
 pub(super) fn target_names(file: &ScenarioFile, traffic: Option<&Traffic>) -> Vec<String> {
-    let random =
-        || file.targets.as_ref().map_or(0, |of| of.start.len() + of.random.as_ref().map_or(0, |of| of.count as usize));
+    let random = || {
+        file.targets
+            .as_ref()
+            .map_or(0, |of| of.start.len().saturating_add(of.random.as_ref().map_or(0, |of| of.count as usize)))
+    };
     match traffic {
         Some(traffic) => traffic.vehicles.iter().map(Vehicle::name).map(str::to_owned).collect(),
-        None => (0..random()).map(|number| format!("target-{number}")).collect(),
+        // More are refused elsewhere.
+        None => (0..random().min(MAX_AT_ONCE)).map(|number| format!("target-{number}")).collect(),
     }
 }
 
@@ -66,7 +70,7 @@ pub(super) fn priorities(tables: &[schema_types::Priority], names: &[String], pr
                 None => {
                     let all: Vec<&str> = ids.keys().copied().collect();
                     let near = nearest(name, &all).map_or_else(String::new, |near| format!("; {}", did_you_mean(near)));
-                    let what = format!("{} is not the name of a target{near}", printable(&quoted(name)));
+                    let what = format!("is not the name of a target{near}");
                     problems.add(key(&format!("targets.{place}")), what, None);
                 }
             }
@@ -135,7 +139,7 @@ mod tests {
             ("priority = 2", "priorities.0: must have `targets`, `vertices`, or `x_m`, `y_m` and `radius_m`"),
             (
                 "priority = 2\ntargets = [\"target-1\"]",
-                "priorities.0.targets.0: \"target-1\" is not the name of a target; did you mean `target-0`?",
+                "priorities.0.targets.0 = \"target-1\": is not the name of a target; did you mean `target-0`?",
             ),
             ("priority = 2\nx_m = 3", "priorities.0: a circle needs `x_m`, `y_m` and `radius_m`"),
             ("priority = 2\nvertices = [[0, 0], [9, 0]]", "priorities.0.vertices: has 2 different vertices"),

@@ -216,7 +216,7 @@ mod tests {
         assert_eq!(root().tables_with("start_ring"), ["uavs"]);
         assert_eq!(
             root().tables_with("x_m"),
-            ["uavs.start", "geofence", "intruders", "targets.random", "targets.start"].map(str::to_owned)
+            ["uavs.start", "geofence", "intruders", "targets.random", "targets.start", "priorities"].map(str::to_owned)
         );
     }
 

@@ -81,8 +81,8 @@ pub struct Assignment {
 /// The result is exact for up to `EXACT_UAVS_MAX` UAVs. Otherwise, it comes from a search of bounded length that starts
 /// from the current groups of the UAVs, and breaks ties arbitrarily but identically in every run.
 ///
-/// `switching_cost` is the switching cost of a UAV under the default objective, in ln det per target (of priority 1) of its current
-/// group.
+/// `switching_cost` is the switching cost of a UAV under the default objective, in ln det per target of its current group;
+/// a target counts by its priority.
 pub fn assign(
     uavs: &[AvailableUav],
     sites: &[CandidateGroup<'_>],

@@ -14,6 +14,8 @@
 //! retired if other groups contain its members with room to spare (`retire`). To avoid frequent changes, at most
 //! one group at a time is retired, with one regrouping period in between, and the assignment has a switching cost
 //! (`assignment_switching_cost`).
+//!
+//! A target of priority p counts as p targets (`displace`).
 
 mod create;
 mod displace;
@@ -121,6 +123,7 @@ impl Grouping<'_> {
             self.regroup(desired);
             self.create_others(desired);
             self.displace();
+            self.relieve();
             // Handoffs need at least two groups.
             if self.groups() > 1 || self.grouped_track().iter().any(|known| known.receiving_group().is_some()) {
                 self.update_handoffs();
@@ -177,8 +180,8 @@ impl Grouping<'_> {
         groups
     }
 
-    /// Admits every ungrouped target, those of the highest priority first, to the nearest group whose orbit has room to spare; a target that only fits after
-    /// another one was admitted waits for the next time step.
+    /// Admits every ungrouped target, those of the highest priority first, to the nearest group whose orbit has room to
+    /// spare; a target that only fits after another one was admitted waits for the next time step.
     ///
     /// Implements section IV.B.2, beyond the paper: removed targets are readmitted.
     fn admit(&mut self) {
@@ -233,10 +236,12 @@ impl Grouping<'_> {
         candidates
     }
 
-    /// Admits a target that no group hands off. It becomes a member if it is in view; otherwise, if there is a dwell,
-    /// the orbit only makes room for it first.
+    /// Admits a target that no group hands off. It becomes a member if it is in view (of one UAV, if its priority is above
+    /// 1); otherwise, if there is a dwell, the orbit only makes room for it first.
     fn admit_into(&mut self, track_index: usize, id: GroupId) {
-        let immediately = self.params.group.dwell_max_s <= 0.0 || self.is_in_view_of_group(track_index, id);
+        let immediately = self.params.group.dwell_max_s <= 0.0
+            || self.is_in_view_of_group(track_index, id)
+            || self.is_urgent_in_view(track_index, id);
         let (requested_at, dwell) = (self.now, Duration::ZERO);
         let membership = match immediately {
             true => Membership::Member(id),

@@ -187,6 +187,11 @@ mod tests {
             let look = angular_midpoint_of_most(&UAV, targets.into_iter(), 70f64.to_radians()).unwrap();
             assert!(near(look.boresight(UAV.position, Duration::ZERO).rad().to_degrees(), 55.0));
         }
+        // A target of high priority counts more than two others.
+        let weighed = [(-60.0, 1.0), (-40.0, 1.0), (50.0, 2.5)]
+            .map(|(bearing_deg, priority)| (at_deg(300.0, bearing_deg, (0.0, 0.0)), 4.0, priority));
+        let look = angular_midpoint_of_most(&UAV, weighed.into_iter(), 70f64.to_radians()).unwrap();
+        assert!(near(look.boresight(UAV.position, Duration::ZERO).rad().to_degrees(), 50.0));
         // Targets on both sides of +-180 degrees, and targets all around.
         assert!(near(look_deg(&[(170.0, 1.0), (-150.0, 1.0), (0.0, 400.0)]), -170.0));
         assert!(near(look_deg(&[(0.0, 1.0), (120.0, 9.0), (-120.0, 4.0)]), 120.0));

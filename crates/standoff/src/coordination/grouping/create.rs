@@ -222,8 +222,8 @@ impl Grouping<'_> {
         })
     }
 
-    /// Indices of the set of eligible targets with the highest total priority that one orbit around one of them could contain. Targets faster
-    /// than the UAVs are not eligible.
+    /// Indices of the set of eligible targets with the highest total priority that one orbit around one of them could
+    /// contain. Targets faster than the UAVs are not eligible.
     fn coverable_together(&self, is_eligible: impl Fn(&GroupedTrack) -> bool) -> Vec<usize> {
         self.coverable_of(&self.neighbourhoods(is_eligible))
     }
@@ -238,7 +238,7 @@ impl Grouping<'_> {
         Neighbourhoods::new(track_indices, positions, priorities, reach_m)
     }
 
-    /// Indices of the largest set of these targets that one orbit around one of them could contain.
+    /// Indices of the set of these targets with the highest total priority that one orbit around one of them could contain.
     fn coverable_of(&self, neighbourhoods: &Neighbourhoods) -> Vec<usize> {
         let mut track_indices = neighbourhoods.largest();
         while let Some(required) = self.required(track_indices.iter().copied()) {

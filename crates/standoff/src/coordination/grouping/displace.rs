@@ -2,6 +2,8 @@
 
 use crate::coordination::event::{Event, EventKind, GroupRetiredReason};
 use crate::coordination::grouping::Grouping;
+use crate::coordination::grouping::retire::FILLED;
+use crate::coordination::memberships::Membership;
 use crate::group_id::GroupId;
 
 impl Grouping<'_> {
@@ -32,6 +34,37 @@ impl Grouping<'_> {
                 }
             }
         }
+    }
+
+    /// Hands off a target of high priority before its group has to remove it, because removed targets are in no group
+    /// until another orbit has made room for them.
+    pub(super) fn relieve(&mut self) {
+        let groups = self.groups_now();
+        for &id in &groups {
+            let is_leaving = |member: usize| self.grouped_track()[member].receiving_group().is_some_and(|to| to != id);
+            let Some(target) = self.target_to_pass_on(id).filter(|_| !self.members(id).any(is_leaving)) else {
+                continue;
+            };
+            let others = self.memberships.groups().iter().filter(|to| **to != id && self.state.retiring != Some(**to));
+            let gain = |to: &GroupId| match self.has_room(*to, target) {
+                Some(_) => Some(f64::INFINITY),
+                None => self.gain(*to, target).map(|(gain, _)| gain),
+            };
+            let best = others.filter_map(|to| Some((gain(to)?, *to))).reduce(|a, b| if b.0 > a.0 { b } else { a });
+            if let Some((_, to)) = best.filter(|_| self.grouped_track()[target].membership == Membership::Member(id)) {
+                self.start_handoff(target, id, to);
+            }
+        }
+        self.buffers.groups = groups;
+    }
+
+    /// Target that a group should pass on: the next to be removed of those with a priority above 1, if they alone nearly
+    /// fill the largest orbit.
+    pub(super) fn target_to_pass_on(&self, id: GroupId) -> Option<usize> {
+        let high = self.members(id).filter(|member| self.grouped_track()[*member].priority > 1.0);
+        let required = self.required(high.clone()).filter(|required| required.members() > 1)?;
+        let is_filled = required.standoff.unclamped_m > FILLED * self.params.group.standoff.radius_max_m;
+        is_filled.then(|| self.removal_candidate(high, &required, required.standoff.unclamped_m * (1.0 - 1e-9)))
     }
 
     /// Total priority that a group gains if the target displaces members of lower priority, and the targets that it then

@@ -84,18 +84,19 @@ impl Grouping<'_> {
     }
 
     /// Completes or cancels a handoff whose dwell is over. It is completed when all receiving UAVs have the target in
-    /// view; after the maximum dwell, one is enough.
+    /// view. One is enough after the maximum dwell, or for a target of priority above 1 that no group passes.
     fn end_dwell(&mut self, track_index: usize, handoff: Handoff, desired: GroupId) {
         let elapsed = self.now - handoff.requested_at;
         if elapsed < handoff.dwell {
             return;
         }
         let is_last = elapsed.s() >= self.params.group.dwell_max_s;
-        let is_retiring = handoff.from.is_some_and(|from| self.state.retiring == Some(from));
-        if handoff.from.is_some() && desired != handoff.to && !is_retiring {
+        let is_needed = |from| self.state.retiring == Some(from) || self.target_to_pass_on(from).is_some();
+        if handoff.from.is_some_and(|from| !is_needed(from)) && desired != handoff.to {
             self.cancel_handoff(track_index, HandoffCancelledReason::ReassignedByClustering);
         } else if self.is_in_view_of_group(track_index, handoff.to)
             || (is_last && self.views(track_index, handoff.to).any(|in_view| in_view))
+            || (handoff.from.is_none() && self.is_urgent_in_view(track_index, handoff.to))
         {
             self.complete_handoff(track_index, HandoffCompletedReason::Received);
         } else if is_last {
@@ -113,6 +114,11 @@ impl Grouping<'_> {
             let from = teammate.state.position;
             teammate.boresight.is_some_and(|boresight| sensor.in_view_with_clearance(from, boresight, at, clearance_m))
         })
+    }
+
+    /// True if a target of priority above 1 is in view of a UAV of the group.
+    pub(super) fn is_urgent_in_view(&self, track_index: usize, group: GroupId) -> bool {
+        self.grouped_track()[track_index].priority > 1.0 && self.views(track_index, group).any(|in_view| in_view)
     }
 
     /// True if all UAVs of the group, at least one, have the target in view. With an orbit motion model, the orbit must

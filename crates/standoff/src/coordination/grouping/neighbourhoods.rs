@@ -81,7 +81,7 @@ mod tests {
         let mut left: Vec<usize> = (0..150).collect();
         let new = |left: &[usize]| {
             let at = |index: &usize| positions[*index];
-            let priorities = left.iter().map(|index| if index % 7 == 0 { 0.3 } else { 1.7 }).collect();
+            let priorities = left.iter().map(|index| if index % 7 == 0 { 3.0 } else { 1.0 }).collect();
             Neighbourhoods::new(left.to_vec(), left.iter().map(at).collect(), priorities, 300.0)
         };
         let mut neighbourhoods = new(&left);

@@ -10,7 +10,7 @@ use crate::time::Duration;
 
 /// Maximum orbit radius of the receiving groups when a group is retired, as a fraction of the largest radius. It is
 /// lower than the limit for admissions, so that the group is not created again soon.
-const FILLED: f64 = 0.85;
+pub(super) const FILLED: f64 = 0.85;
 
 impl Grouping<'_> {
     /// Starts to retire a group whose members all fit into other groups: the group nearest to an ungrouped target. It

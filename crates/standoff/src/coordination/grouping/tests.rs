@@ -223,11 +223,11 @@ fn the_lower_total_priority_is_removed() {
         others.sort_unstable();
         assert_eq!(others, [1, 2, 3, 4]);
         // A target of low priority is removed although another one widens the orbit more.
-        assert_eq!(removed(&[690.0, 0.0, 10.0, 500.0, 800.0], 0.5, rule), [4, 0]);
+        assert_eq!(removed(&[800.0, 0.0, 400.0, 500.0, 690.0], 0.5, rule), [0]);
     }
 }
 
-/// A group admits a target of higher priority in the place of one that then does not fit. A target far from all members
+/// A group admits a target of higher priority instead of one that then does not fit. A target far from all members
 /// gets a new group only if its priority exceeds theirs.
 #[test]
 fn a_target_displaces_others_of_lower_total_priority() {
@@ -238,7 +238,7 @@ fn a_target_displaces_others_of_lower_total_priority() {
         world.settle();
         world.serves = vec![Some(0)];
         world.appear(3, x_m);
-        let mut world = world.with_priorities(&[(3, priority)]);
+        let mut world = if priority == 1.0 { world } else { world.with_priorities(&[(3, priority)]) };
         (world.kinds(), world.groups())
     };
     let (kinds, groups) = settled(500.0, 1.0);
@@ -249,6 +249,22 @@ fn a_target_displaces_others_of_lower_total_priority() {
     assert_eq!((kinds[0], groups), ("group-retired", vec![(1, vec![3])]));
     // UAVs cannot bring it within sensing range soon.
     assert_eq!(settled(110_000.0, 3.5).1, [(0, vec![0, 1, 2])]);
+}
+
+/// Two targets of high priority drive apart. Before one orbit cannot contain both, one is handed off to a group that
+/// makes room for it by removing a target that is far from both.
+#[test]
+fn targets_of_high_priority_are_handed_off_before_they_are_removed() {
+    let mut world = World::new(4, &[0.0, 500.0, 900.0, 1400.0]).in_pairs();
+    world.params.group.centre = CentreEstimate::EnclosingCircle;
+    world.settle();
+    assert_eq!(world.groups(), [(0, vec![0, 1]), (1, vec![2, 3])]);
+    let mut world = world.with_priorities(&[(0, 9.0), (1, 9.0)]);
+    assert_eq!(world.kinds(), [""; 0]);
+    world.track_index(1, 600.0);
+    assert_eq!(world.kinds(), ["handoff-started", "removed"]);
+    assert_eq!(world.groups(), [(0, vec![0, 1]), (1, vec![1, 2])]);
+    assert_eq!(world.memberships.tracks()[1].group(), world.id(0));
 }
 
 /// Checks section IV.B.2, convergence rule: a group whose orbit has diverged for long enough removes its furthest
