@@ -82,6 +82,11 @@ impl TeamState {
         for group in &mut self.groups {
             group.members_when_assigned = group.members;
         }
+        self.report_reassignments(&uavs, reason, params);
+    }
+
+    /// Adds an event for each UAV that changes its group.
+    fn report_reassignments(&mut self, uavs: &[AvailableUav], reason: ReassignmentReason, params: &TeamParams) {
         for assignment in &self.assignments {
             let index = uavs.binary_search_by_key(&assignment.uav, |uav| uav.uav);
             let serves = index.ok().and_then(|index| uavs[index].current_group);
