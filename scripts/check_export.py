@@ -128,24 +128,19 @@ def check_geojson(file: Path, run: Path, to_metres: Transformer) -> None:
 
 
 def gaps_of(run: Path) -> list[tuple[str, float, float]]:
-    """Times of at least 2 s in which an existing target is not measured: name, begin and end, s."""
+    """Times of at least 2 s in which an existing target is in no UAV's view: name, begin and end, s."""
     truth = pd.read_parquet(run / "truth.parquet")
-    tracks = pd.read_parquet(run / "tracks.parquet")
     names = pd.read_parquet(run / "targets.parquet").set_index("target")["name"]
-    all_us = np.sort(pd.read_parquet(run / "uavs.parquet")["time_us"].unique())
-    measured = set(tracks.loc[tracks["status"] == "updated", ["target", "time_us"]].itertuples(index=False, name=None))
+    period_s = json.loads((run / "run.json").read_text())["period_s"]
     gaps = []
     for target, rows in truth.groupby("target"):
-        there = set(rows["time_us"])
-        last_us = None
-        for time_us in all_us:
-            is_end = time_us not in there or (target, time_us) in measured or time_us == all_us[-1]
-            if last_us is not None and is_end and time_us - last_us >= 2_000_000:
-                gaps.append((names[target], last_us / 1e6, time_us / 1e6))
-            if time_us not in there:
-                last_us = None
-            elif last_us is None or (target, time_us) in measured:
-                last_us = time_us
+        # The first time step of a target does not count.
+        rows = rows.sort_values("time_us").iloc[1:]
+        number = (rows["in_view"] == True).cumsum()  # noqa: E712: null is not in view
+        for _, out in rows[rows["in_view"] != True].groupby(number):  # noqa: E712
+            begin_s, end_s = out["time_us"].min() / 1e6, out["time_us"].max() / 1e6 + period_s
+            if end_s - begin_s >= 2.0:
+                gaps.append((names[target], begin_s, end_s))
     return sorted(gaps)
 
 

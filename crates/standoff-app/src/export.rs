@@ -67,7 +67,7 @@ impl Export {
         for frame in record.frames().map_err(of_record)? {
             reader.frame(&frame.map_err(of_record)?)?;
         }
-        Ok(reader.finish(manifest.title(), begin))
+        reader.finish(manifest.title(), begin)
     }
 
     /// Returns the run as text in a format.

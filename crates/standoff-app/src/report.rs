@@ -54,6 +54,7 @@ pub fn report_run(dir: &Path, place: &Path, choice: MetricSelection, warn: Warni
     let setup = Setup::of(manifest.title(), &settings);
     let [stride, state_stride] = strides(&record, &setup)?;
     let encoder = Encoder::new(&config, stride).with_team_states_every(state_stride);
+    let encoder = if record.has_truth() { encoder } else { encoder.without_truth(config.period_s) };
     let (mut encoder, mut parts) = (encoder.with_detections(setup.detections), Vec::new());
     let (mut events, mut uavs) = (Events::default(), 0);
     let frames = record.frames().map_err(of_record)?.inspect(|frame| {

@@ -1,9 +1,10 @@
-//! Times in which existing targets are in no UAV's view.
+//! Times in which existing targets are in no UAV's view. Without truth, as in the record of a flight: times in which targets
+//! with a track are not measured.
 
 use std::collections::BTreeMap;
 
 use serde::Serialize;
-use standoff_record::{Frame, MembershipState, TrackRow};
+use standoff_record::{Frame, MembershipState, TrackRow, TrackStatus};
 
 use crate::FrameScores;
 
@@ -54,9 +55,9 @@ pub struct Gap {
     pub end_us: i64,
     /// Number of time steps out of view. Time steps without the target do not count.
     pub steps: u32,
-    /// True position of the target at the begin, east, m.
+    /// True position of the target at the begin, east, m; without truth, the estimate.
     pub x_m: f64,
-    /// True position of the target at the begin, north, m.
+    /// True position of the target at the begin, north, m; without truth, the estimate.
     pub y_m: f64,
     /// State of the target at the begin.
     pub cause: GapCause,
@@ -82,40 +83,52 @@ impl View {
 #[derive(Debug, Clone)]
 pub struct Gaps {
     period_us: i64,
+    has_truth: bool,
     views: BTreeMap<u32, View>,
     ended: Vec<Gap>,
 }
 
 impl Gaps {
-    /// Makes an accumulator for a run with time steps of `period_s`.
+    /// Makes an accumulator for a run with time steps of `period_s`, with or without truth.
     #[must_use]
-    pub fn new(period_s: f64) -> Self {
-        Self { period_us: (period_s * 1e6).round() as i64, views: BTreeMap::new(), ended: Vec::new() }
+    pub fn new(period_s: f64, has_truth: bool) -> Self {
+        Self { period_us: (period_s * 1e6).round() as i64, has_truth, views: BTreeMap::new(), ended: Vec::new() }
     }
 
     /// Adds the next time step.
     pub fn add(&mut self, frame: &Frame, scores: &FrameScores<'_>) {
+        if !self.has_truth {
+            for row in &frame.tracks {
+                let is_in_view = Some(row.status == TrackStatus::Updated);
+                self.add_target(frame.time_us, row.target, [row.state[0], row.state[3]], Some(row), is_in_view);
+            }
+            return;
+        }
         for (truth, track) in scores.geometry.matching().targets() {
             let is_in_view = scores.in_view(truth.target);
-            let is_new = !self.views.contains_key(&truth.target);
-            let view = self.views.entry(truth.target).or_default();
-            view.is_in_view = is_in_view;
-            if is_new || is_in_view == Some(true) {
-                self.ended.extend(view.gap.take());
-                continue;
-            }
-            let begun = Gap {
-                target: truth.target,
-                begin_us: frame.time_us,
-                end_us: frame.time_us,
-                steps: 0,
-                x_m: truth.x_m,
-                y_m: truth.y_m,
-                cause: GapCause::of(track),
-            };
-            let gap = view.gap.get_or_insert(begun);
-            (gap.end_us, gap.steps) = (frame.time_us + self.period_us, gap.steps.saturating_add(1));
+            self.add_target(frame.time_us, truth.target, [truth.x_m, truth.y_m], track, is_in_view);
         }
+    }
+
+    fn add_target(
+        &mut self,
+        time_us: i64,
+        target: u32,
+        [x_m, y_m]: [f64; 2],
+        track: Option<&TrackRow>,
+        is_in_view: Option<bool>,
+    ) {
+        let is_new = !self.views.contains_key(&target);
+        let view = self.views.entry(target).or_default();
+        view.is_in_view = is_in_view;
+        if is_new || is_in_view == Some(true) {
+            self.ended.extend(view.gap.take());
+            return;
+        }
+        let cause = GapCause::of(track);
+        let begun = Gap { target, begin_us: time_us, end_us: time_us, steps: 0, x_m, y_m, cause };
+        let gap = view.gap.get_or_insert(begun);
+        (gap.end_us, gap.steps) = (time_us + self.period_us, gap.steps.saturating_add(1));
     }
 
     /// Returns the view of a target.

@@ -46,7 +46,7 @@ pub(crate) struct Outline {
     pub(crate) ring: Vec<Degrees>,
 }
 
-/// A time in which no UAV measured an existing target.
+/// A time in which an existing target was in no UAV's view.
 #[derive(Debug, Clone)]
 pub(crate) struct Gap {
     pub(crate) name: String,

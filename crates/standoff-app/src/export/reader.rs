@@ -6,7 +6,8 @@ use std::f64::consts::TAU;
 use chrono::{DateTime, Utc};
 use standoff::{Angle, Covariance, Displacement, Position};
 use standoff_io::geodesy::LocalPlane;
-use standoff_record::{Frame, MembershipState, Record, TrackStatus};
+use standoff_record::{Frame, Record};
+use standoff_score::{FrameScorer, Gaps};
 use standoff_sim::scenario::Settings;
 
 use super::model::{Degrees, Export, Fix, Gap, Outline, Path};
@@ -26,16 +27,14 @@ pub(crate) struct Reader<'a> {
     plane: LocalPlane,
     settings: &'a Settings,
     names: &'a [String],
-    has_truth: bool,
     interval_s: f64,
     next_outline_s: f64,
     time_s: f64,
     uavs: BTreeMap<u32, Path>,
     tracks: BTreeMap<u32, Path>,
     outlines: Vec<Outline>,
-    /// Last measurement of each target, or its first appearance, and why it is not measured since then.
-    unmeasured: BTreeMap<u32, Gap>,
-    gaps: Vec<Gap>,
+    scorer: FrameScorer,
+    gaps: Gaps,
 }
 
 impl<'a> Reader<'a> {
@@ -44,15 +43,14 @@ impl<'a> Reader<'a> {
             plane,
             settings,
             names: record.target_names(),
-            has_truth: record.has_truth(),
             interval_s,
             next_outline_s: 0.0,
             time_s: 0.0,
             uavs: BTreeMap::new(),
             tracks: BTreeMap::new(),
             outlines: Vec::new(),
-            unmeasured: BTreeMap::new(),
-            gaps: Vec::new(),
+            scorer: FrameScorer::new(settings.score_config()),
+            gaps: Gaps::new(settings.period.s(), record.has_truth()),
         }
     }
 
@@ -80,7 +78,7 @@ impl<'a> Reader<'a> {
             let fix = Fix { time_s: self.time_s, at, altitude_m: None, position_sd_m };
             self.tracks.entry(row.track).or_insert_with(new).fixes.push(fix);
         }
-        self.find_gaps(frame)?;
+        self.gaps.add(frame, &self.scorer.frame(frame));
         if self.time_s >= self.next_outline_s {
             self.next_outline_s += self.interval_s;
             self.outline(frame)?;
@@ -120,49 +118,26 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// Finds the times in which an existing target is not measured. Without truth, those of tracks are found.
-    fn find_gaps(&mut self, frame: &Frame) -> Result<(), Failure> {
-        let truth = frame.truth.iter().map(|row| (row.target, [row.x_m, row.y_m]));
-        let tracks = frame.tracks.iter().map(|row| (row.target, [row.state[0], row.state[3]]));
-        let existing: BTreeMap<u32, [f64; 2]> = if self.has_truth { truth.collect() } else { tracks.collect() };
-        let tracks: BTreeMap<u32, _> = frame.tracks.iter().map(|row| (row.target, row)).collect();
-        let ended: Vec<u32> = self.unmeasured.keys().copied().filter(|target| !existing.contains_key(target)).collect();
-        ended.into_iter().for_each(|target| self.end_gap(target));
-        for (target, [x_m, y_m]) in existing {
-            let track = tracks.get(&target);
-            if track.is_some_and(|row| row.status == TrackStatus::Updated) {
-                self.end_gap(target);
-            }
-            let cause = match track {
-                None => "no track",
-                Some(row) if row.membership == MembershipState::Removed => "removed",
-                Some(_) => "not detected",
-            };
-            if let Some(gap) = self.unmeasured.get_mut(&target) {
-                gap.cause = cause;
-                continue;
-            }
-            let (at, begin_s) = (self.degrees(Position::from_m(x_m, y_m))?, self.time_s);
-            let gap = Gap { name: name(self.names, target), begin_s, end_s: begin_s, at, cause };
-            self.unmeasured.insert(target, gap);
-        }
-        Ok(())
+    /// Returns the times out of view.
+    fn gaps(&self) -> Result<Vec<Gap>, Failure> {
+        let seconds = |time_us: i64| time_us as f64 * 1e-6;
+        let all = self.gaps.all().into_iter().map(|gap| {
+            Ok(Gap {
+                name: name(self.names, gap.target),
+                begin_s: seconds(gap.begin_us),
+                end_s: seconds(gap.end_us),
+                at: self.degrees(Position::from_m(gap.x_m, gap.y_m))?,
+                cause: gap.cause.text(),
+            })
+        });
+        all.filter(|gap| gap.as_ref().map_or(true, |gap| gap.end_s - gap.begin_s >= GAP_MIN_S)).collect()
     }
 
-    fn end_gap(&mut self, target: u32) {
-        let gap = self.unmeasured.remove(&target);
-        let gap = gap.map(|gap| Gap { end_s: self.time_s, ..gap });
-        self.gaps.extend(gap.filter(|gap| gap.end_s - gap.begin_s >= GAP_MIN_S));
-    }
-
-    pub(crate) fn finish(mut self, name: String, begin: DateTime<Utc>) -> Export {
-        let open: Vec<u32> = self.unmeasured.keys().copied().collect();
-        open.into_iter().for_each(|target| self.end_gap(target));
-        self.gaps.sort_by(|a, b| a.begin_s.total_cmp(&b.begin_s));
-        let end_s = self.time_s;
+    pub(crate) fn finish(mut self, name: String, begin: DateTime<Utc>) -> Result<Export, Failure> {
+        let (gaps, end_s) = (self.gaps()?, self.time_s);
         self.outlines.iter_mut().for_each(|of| of.end_s = of.end_s.min(end_s));
         let paths = self.uavs.into_values().chain(self.tracks.into_values()).collect();
-        Export { name, begin, end_s, paths, outlines: self.outlines, gaps: self.gaps }
+        Ok(Export { name, begin, end_s, paths, outlines: self.outlines, gaps })
     }
 }
 

@@ -47,10 +47,9 @@ fn paths_and_outlines_are_where_the_record_has_them() {
     assert_eq!(export.utc(60.0), "2026-07-01T08:01:00.000Z");
 }
 
-/// A sensor that reports every twentieth measurement.
 #[test]
-fn targets_that_are_not_measured_have_gaps() {
-    let export = exported("tour/02-two-uavs", &["sensor.detection_probability=0.05"], ORIGIN).unwrap();
+fn targets_that_are_out_of_view_have_gaps() {
+    let export = exported("tour/03-a-group-that-spreads", &[], ORIGIN).unwrap();
     assert!(!export.gaps.is_empty());
     assert!(export.gaps.iter().all(|gap| gap.end_s - gap.begin_s >= GAP_MIN_S && gap.name.starts_with("target-")));
 }

@@ -233,6 +233,8 @@ fn the_time_out_of_view_is_that_of_the_metric() {
     let period_s = rules.period_s;
     let mut scorer = Scorer::new(rules, MetricSelection::all());
     frames.iter().for_each(|frame| scorer.frame(frame));
+    let mut encoder = Encoder::new(&scenario.settings.score_config(), 1);
+    frames.iter().for_each(|frame| drop(encoder.frame(frame)));
     let details: Vec<Block> = encoded(&scenario, &frames, 1).iter().map(|part| read(&part.detail)).collect();
     let mut longest_s = 0.0_f64;
     for score in scorer.targets() {
@@ -242,9 +244,26 @@ fn the_time_out_of_view_is_that_of_the_metric() {
         });
         let shown_s = steps.fold(0.0, f64::max) * period_s;
         assert_eq!(Some(shown_s), score.longest_out_of_view_s, "target {}", score.target);
+        let gaps = encoder.gaps().into_iter().filter(|gap| gap.target == score.target);
+        assert_eq!(gaps.map(|gap| f64::from(gap.steps) * period_s).fold(0.0, f64::max), shown_s);
         longest_s = longest_s.max(shown_s);
     }
     assert!(longest_s > 1.0);
+}
+
+/// In the record of a flight, a gap is a time without measurements of a track.
+#[test]
+fn without_truth_the_gaps_are_those_of_the_measurements() {
+    let status =
+        [TrackStatus::Cued, TrackStatus::Updated, TrackStatus::Coasting, TrackStatus::Coasting, TrackStatus::Updated];
+    let scenario = load("tour/01-one-uav", &[], 1);
+    let mut encoder = Encoder::new(&scenario.settings.score_config(), 1).without_truth(0.5);
+    for (step, status) in status.into_iter().enumerate() {
+        let track = TrackRow { target: 3, status, ..TrackRow::default() };
+        encoder.frame(&Frame { time_us: 500_000 * step as i64, tracks: vec![track], ..Frame::default() });
+    }
+    let gaps: Vec<_> = encoder.gaps().iter().map(|gap| (gap.target, gap.begin_us, gap.end_us, gap.steps)).collect();
+    assert_eq!(gaps, [(3, 1_000_000, 2_000_000, 2)]);
 }
 
 #[test]
