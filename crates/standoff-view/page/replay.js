@@ -236,7 +236,7 @@ const MAX_CHANGES = 3;
 /** The name of one of two runs, with the settings that differ from those of the other run. */
 function longRunName({ letter, replayData: { head } }) {
   const { changes = [] } = head;
-  const more = changes.length > MAX_CHANGES ? [`and ${changes.length - MAX_CHANGES} more settings`] : [];
+  const more = changes.length > MAX_CHANGES ? [`and ${changes.length - MAX_CHANGES} more`] : [];
   return [`${letter}: ${runName(head)}`, ...changes.slice(0, MAX_CHANGES), ...more].join(", ");
 }
 
