@@ -278,7 +278,10 @@ impl Grouping<'_> {
     ) -> usize {
         let priorities = || track_indices.clone().map(|track_index| self.grouped_track()[track_index].priority);
         if priorities().all(|priority| Some(priority) == priorities().next()) {
-            return self.next_removed(track_indices, required, false);
+            return match self.params.group.removal {
+                RemovalRule::FurthestFromCentre => required.furthest,
+                RemovalRule::LargestRadiusReduction => self.next_removed(track_indices, required, false),
+            };
         }
         let kept = |lowest_first| {
             let mut kept: Vec<usize> = track_indices.clone().collect();
@@ -303,9 +306,6 @@ impl Grouping<'_> {
         lowest_first: bool,
     ) -> usize {
         let furthest = required.furthest;
-        if self.params.group.removal == RemovalRule::FurthestFromCentre && !lowest_first {
-            return furthest;
-        }
         let required_radius_m = |without: usize| {
             let rest = self.required(track_indices.clone().filter(|track_index| *track_index != without));
             rest.map_or(0.0, |rest| rest.standoff.unclamped_m)
