@@ -77,7 +77,7 @@ impl TrackRow for GroupedTrack {
         &mut self.track
     }
 
-    fn priority_mut(&mut self) -> &mut f64 {
+    fn own_priority_mut(&mut self) -> &mut f64 {
         &mut self.own_priority
     }
 }

@@ -10,7 +10,7 @@ pub(crate) trait TrackRow {
     fn track(&self) -> &Track;
     fn track_mut(&mut self) -> &mut Track;
     /// Priority of the target.
-    fn priority_mut(&mut self) -> &mut f64;
+    fn own_priority_mut(&mut self) -> &mut f64;
 }
 
 /// All tracks, by ascending id.
@@ -50,9 +50,9 @@ impl<R: TrackRow> TrackTable<R> {
     pub(crate) fn start(&mut self, track: Track, rows_max: usize) -> bool {
         match self.index(track.id) {
             Ok(index) => {
-                let priority = *self.rows[index].priority_mut();
+                let priority = *self.rows[index].own_priority_mut();
                 self.rows[index] = R::new(track);
-                *self.rows[index].priority_mut() = priority;
+                *self.rows[index].own_priority_mut() = priority;
             }
             Err(_) if self.rows.len() >= rows_max => return false,
             Err(index) => self.rows.insert(index, R::new(track)),
@@ -63,7 +63,7 @@ impl<R: TrackRow> TrackTable<R> {
     /// Sets the priority of a track's target; `None` keeps it.
     pub(crate) fn set_priority(&mut self, track: TrackId, priority: Option<f64>) {
         if let (Ok(index), Some(priority)) = (self.index(track), priority) {
-            *self.rows[index].priority_mut() = priority;
+            *self.rows[index].own_priority_mut() = priority;
         }
     }
 
