@@ -133,15 +133,15 @@ impl Study {
         let mut text = String::new();
         let mut reasons: Vec<(&str, Vec<&str>)> = Vec::new();
         for column in self.columns {
-            let heads = [column, "paper", "ours, 95 % interval", "ours / paper", "verdict"];
+            let heads = [column, "paper", "ours, 95 % interval", "ratio", "verdict"];
             let mut rows = Vec::new();
             for claim in &self.claims {
                 let Some(name) = row_of(claim, column) else { continue };
                 let Finding::Number { paper, ours, .. } = claim.finding else { continue };
                 let verdict = claim.finding.verdict();
-                let better = if ours.value < paper { "ours is better" } else { "the paper's is better" };
+                let better = if ours.value < paper { "ours better" } else { "paper better" };
                 let verdict = match verdict {
-                    Verdict::NotReproduced => format!("{}: {better}", verdict.words()),
+                    Verdict::NotReproduced => format!("{}; {better}", verdict.words()),
                     _ => verdict.words().to_owned(),
                 };
                 let ratio = format!("{:.2}", ours.value / paper);
@@ -326,9 +326,12 @@ fn columns(heads: &[impl ToString], mut rows: Vec<Vec<String>>, at_once: usize) 
     let left = (COLUMNS - 2).saturating_sub(others);
     widths[0] = widths[0].min(if left < NAME_MIN { NAME_MAX } else { left });
     let all: Vec<usize> = (1..heads.len()).collect();
+    let chunks = || all.chunks(at_once.clamp(1, all.len().max(1)));
+    let widest = chunks().map(|chunk| chunk.iter().map(|&column| 2 + widths[column]).sum::<usize>()).max();
+    widths[0] = widths[0].min((COLUMNS - 2).saturating_sub(widest.unwrap_or_default()).max(NAME_MIN));
     let fits = |columns: &[usize]| 2 + widths[0] + columns.iter().map(|&column| 2 + widths[column]).sum::<usize>();
     let mut blocks: Vec<Vec<usize>> = Vec::new();
-    for together in all.chunks(at_once.clamp(1, all.len().max(1))) {
+    for together in chunks() {
         match blocks.last_mut() {
             Some(block) if fits(&[block, together].concat()) <= COLUMNS => block.extend(together),
             _ => blocks.push(together.to_vec()),

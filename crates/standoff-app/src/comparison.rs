@@ -3,13 +3,14 @@
 use standoff_io::display_text::WIDTH;
 use standoff_sim::monte_carlo::{Better, Comparison, Paired};
 
-use crate::metric_table::{MetricRow, in_unit, interval, metric_table, remarks, shows};
+use crate::metric_table::{MetricRow, are_selected, in_unit, interval, metric_table, remarks, shows};
 
 /// Formats a comparison for a terminal of 100 columns: the verdict on all metrics, and a table of the main ones and of
 /// those that differ; of all, if the user selected them.
 pub fn comparison_text(comparison: &Comparison) -> String {
     let Comparison { a, b, seed, runs, metrics } = comparison;
-    let is_measured = |paired: &Paired| paired.mean_a.or(paired.mean_b).is_some();
+    let are_selected = are_selected(metrics.iter().map(|(name, _)| name.as_str()));
+    let is_measured = |paired: &Paired| are_selected || paired.mean_a.or(paired.mean_b).is_some();
     let measured: Vec<_> = metrics.iter().filter(|(_, paired)| is_measured(paired)).collect();
     let mut text = format!("{}\n\nA: {a}\nB: {b}\n", overall(&measured));
     text += &format!("{runs} runs of each with the same random draws, from seed {seed}\n");

@@ -56,14 +56,17 @@ pub(crate) fn shows<'a>(metrics: impl Iterator<Item = &'a str>) -> impl Fn(&str)
     }
 }
 
+/// True if these metrics are a selection by the user, of which those without a value are shown, too.
+pub(crate) fn are_selected<'a>(metrics: impl Iterator<Item = &'a str>) -> bool {
+    let choice = MetricSelection::parse(&metrics.collect::<Vec<_>>().join(","));
+    choice.is_ok_and(|choice| ![MetricSelection::standard(), MetricSelection::all()].contains(&choice))
+}
+
 /// Formats the remarks below a table of several runs: the shown metrics (each with the number of runs that have a value)
 /// that some of the `runs` do not have, and the number of metrics that the table leaves out.
 pub(crate) fn remarks<'a>(shown: impl Iterator<Item = (&'a str, u64)>, runs: u64, left_out: usize) -> String {
     let label = |metric| MetricInfo::of(metric).map_or(metric, |info| info.label);
-    let partly = shown.filter(|(_, n)| *n < runs).map(|(metric, n)| match n {
-        0 => format!("{} (none)", label(metric)),
-        n => format!("{} ({n})", label(metric)),
-    });
+    let partly = shown.filter(|(_, n)| (1..runs).contains(n)).map(|(metric, n)| format!("{} ({n})", label(metric)));
     let partly = partly.collect::<Vec<_>>().join(", ");
     let mut text = "\n".to_owned();
     if !partly.is_empty() {

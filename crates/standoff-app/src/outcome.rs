@@ -164,7 +164,10 @@ impl Outcome {
                 let is_better = is_better(line.metric, paper[line.metric], self.metrics.get(line.metric).flatten());
                 explanations.extend(is_better.then(|| "the paper's law has the better value".to_owned()));
             }
-            explanations.extend(self.baseline_text().filter(|_| line.metric == "custody_fraction"));
+            if line.metric == "custody_fraction" {
+                explanations.extend(self.ungrouped_text());
+                explanations.extend(self.baseline_text());
+            }
             let own = remarks.iter().filter(|(metric, _)| *metric == line.metric);
             explanations.extend(own.map(|(_, remark)| remark.clone()));
             MetricRow { metric: line.metric, cells, end: line.target.clone(), remarks: explanations }
@@ -187,10 +190,6 @@ impl Outcome {
             "custody_fraction" | "in_view_fraction" => {
                 Some(meaning? + &self.of_targets(value).map_or_else(String::new, |n| format!(": {n}")))
             }
-            "ungrouped_fraction" => {
-                let ungrouped = self.of_targets(value.filter(|share| *share > UNGROUPED_NOTABLE))?;
-                Some(format!("{ungrouped} are in no group: no orbit covers them"))
-            }
             "longest_out_of_view_s" => {
                 let gap_s = value.filter(|gap_s| *gap_s > 0.0)?;
                 let longest = self.per_target.iter().find(|one| one.score.longest_out_of_view_s == Some(gap_s))?;
@@ -198,6 +197,12 @@ impl Outcome {
             }
             _ => meaning,
         }
+    }
+
+    /// States how many targets are in no group, if they are many.
+    fn ungrouped_text(&self) -> Option<String> {
+        let share = self.metrics.metrics["ungrouped_fraction"].filter(|share| *share > UNGROUPED_NOTABLE);
+        Some(format!("{} are in no group: no orbit covers them", self.of_targets(Some(share?))?))
     }
 
     /// Formats a fraction of target time as a mean number of targets.

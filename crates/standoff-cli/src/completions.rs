@@ -19,7 +19,7 @@ Examples:
 const NAMES: [&str; 4] = ["scenario", "a", "what", "file"];
 
 /// Prints the completion script of a shell.
-pub(crate) fn show(shell: Shell, command: Command) -> Result<(), Failure> {
+pub(crate) fn show(shell: Shell, command: &Command) -> Result<(), Failure> {
     let names = PossibleValuesParser::new(BUILT_IN.iter().map(|scenario| scenario.name));
     let with_names = |argument: Arg| {
         let id = argument.get_id().as_str();
@@ -27,7 +27,10 @@ pub(crate) fn show(shell: Shell, command: Command) -> Result<(), Failure> {
         let is_named = id == "name" || NAMES.contains(&id) && shell == Shell::Bash;
         if is_named && argument.is_positional() { argument.value_parser(names.clone()) } else { argument }
     };
+    let shown = command.get_subcommands().filter(|command| !command.is_hide_set()).cloned();
+    let mut visible = Command::new("standoff").version(env!("CARGO_PKG_VERSION"));
+    visible = visible.subcommands(shown.map(|command| command.mut_args(with_names)));
     let mut script = Vec::new();
-    generate(shell, &mut command.mut_subcommands(|command| command.mut_args(with_names)), "standoff", &mut script);
+    generate(shell, &mut visible, "standoff", &mut script);
     print(&String::from_utf8_lossy(&script))
 }

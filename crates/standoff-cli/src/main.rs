@@ -214,7 +214,7 @@ fn run_command() -> Result<(), Failure> {
         Some(Command::Reproduce(args)) => reproduce::reproduce(&args),
         Some(Command::Scenarios { action }) => scenarios::run(action),
         Some(Command::Check { file }) => scenarios::check(&file),
-        Some(Command::Completions { shell }) => completions::show(shell, Cli::command()),
+        Some(Command::Completions { shell }) => completions::show(shell, &Cli::command()),
         Some(Command::ManPages { dir }) => clap_mangen::generate_to(Cli::command(), dir).map_err(Failure::running),
     }
 }

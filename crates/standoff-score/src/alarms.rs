@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde::Serialize;
-use standoff_record::{EventRow, Frame};
+use standoff_record::{EventQuota, EventRow, Frame};
 
 /// Kinds of events that begin an alarm, and the kinds that end it.
 const ALARMS: [(&str, &[&str]); 7] = [
@@ -74,6 +74,8 @@ pub struct Alarms {
     all: Vec<Alarm>,
     /// Indices of those that have not ended.
     open: BTreeMap<Subject, usize>,
+    /// Limits the memory.
+    quota: EventQuota,
 }
 
 impl Alarms {
@@ -86,9 +88,11 @@ impl Alarms {
             for (kind, _) in ALARMS.iter().filter(|(_, ends)| ends.contains(&row.kind.as_str())) {
                 self.end(subject(kind, row), frame.time_us);
             }
-            if let Some(alarm) = Alarm::begun_by(frame.time_us, row).filter(|alarm| concerns(alarm.target)) {
-                let subject = subject(alarm.kind, row);
-                self.end(subject, frame.time_us);
+            let Some(alarm) = Alarm::begun_by(frame.time_us, row).filter(|alarm| concerns(alarm.target)) else {
+                continue;
+            };
+            let subject = subject(alarm.kind, row);
+            if !self.open.contains_key(&subject) && self.quota.takes(row, None) {
                 self.open.insert(subject, self.all.len());
                 self.all.push(alarm);
             }
@@ -156,10 +160,10 @@ mod tests {
         assert_eq!(alarms(&steps, 0), []);
     }
 
-    /// A UAV that is reported as silent again, without having joined, begins a new alarm.
+    /// A UAV that is reported as silent again, without having joined.
     #[test]
-    fn a_repeated_event_ends_the_earlier_alarm() {
+    fn a_repeated_event_begins_no_other_alarm() {
         let steps: [&[EventRow]; 3] = [&[event("uav-timeout", None, None)], &[], &[event("uav-timeout", None, None)]];
-        assert_eq!(alarms(&steps, 9), [("uav-timeout", 0, 2.0), ("uav-timeout", 2, 0.0)]);
+        assert_eq!(alarms(&steps, 9), [("uav-timeout", 0, 2.0)]);
     }
 }

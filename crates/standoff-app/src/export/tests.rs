@@ -49,7 +49,7 @@ fn paths_and_outlines_are_where_the_record_has_them() {
 
 #[test]
 fn targets_that_are_out_of_view_have_gaps() {
-    let export = exported("tour/03-a-group-that-spreads", &[], ORIGIN).unwrap();
+    let export = exported("tour/04-two-groups", &["uavs.count=1"], ORIGIN).unwrap();
     assert!(!export.gaps.is_empty());
     assert!(export.gaps.iter().all(|gap| gap.end_s - gap.begin_s >= GAP_MIN_S && gap.name.starts_with("target-")));
 }

@@ -114,7 +114,7 @@ pub(super) fn remarks(metrics: &SelectedMetrics, events: &Events, settings: &Set
     if settings.team.group.margin == Margin::Mahalanobis {
         let remedy = "--set orbit.margin=standard-deviations";
         let what = format!("r_d jumps because margin (16) is not a length (an erratum); use {remedy}");
-        remarks.push(("standoff_error_m", what));
+        remarks.push(("standoff_error_on_orbit_m", what));
     }
     let half_deg = 0.5 * settings.team.track.sensor.field_of_view_rad.to_degrees();
     if get("off_boresight_max_deg").is_some_and(|worst_deg| worst_deg > half_deg) {

@@ -62,8 +62,8 @@ fn a_repeated_command_prints_the_table_of_a_complete_batch_again() {
     let args = ["monte-carlo", "tour/02-two-uavs", "--runs", "3", "--out", "o", "--threads", "2"];
     let table = printed(folder.path(), &args);
     assert!(table.starts_with("tour/02-two-uavs, 3 runs, seeds 1 to 3\n"), "{table}");
-    assert!(table.contains("95 % interval") && table.contains("\nposition_error_m "), "{table}");
-    assert!(table.ends_with("results in o\n"), "{table}");
+    assert!(table.contains("95 % of the mean") && table.contains("\n  position error "), "{table}");
+    assert!(table.ends_with("\nresults in o\nnext:\n  open o/report.html  (plots, and every run)\n  standoff compare o OTHER  (with another batch)\n"), "{table}");
     let again = standoff(folder.path(), &args);
     assert_eq!((text(&again.stdout), again.status.code()), (table, Some(0)));
     assert_eq!(text(&again.stderr), "note: o is already complete; no runs are flown\n");
@@ -97,7 +97,7 @@ fn a_comparison_shows_the_effect_of_a_change() {
         |more: &[&str]| printed(folder.path(), &[&["compare", "paper/table-2-pair", "--runs", "8"], more].concat());
     let noisy = ["--set", "duration_s=40", "--set-b", "sensor.range_sd_m=30", "--metrics", "position_error_m,anees"];
     let table = run(&noisy);
-    let line = table.lines().find(|line| line.starts_with("position_error_m")).unwrap();
+    let line = table.lines().find(|line| line.starts_with("  position error ")).unwrap();
     assert!(line.ends_with("  A better"), "{table}");
     assert!(table.contains("B: paper/table-2-pair sensor.range_sd_m=30\n"), "{table}");
     let json: Value = serde_json::from_str(&run(&[&noisy[..], &["--json"]].concat())).unwrap();
@@ -115,7 +115,9 @@ fn a_comparison_shows_the_effect_of_a_change() {
     let of_folders = printed(folder.path(), &["compare", "0", "3", "--report", "page.html"]);
     assert!(fs::read_to_string(folder.path().join("page.html")).unwrap().contains("data-part=\"batch\""));
     let flown = run(&["--set", "duration_s=40", "--set", "guidance.lead_s=0", "--set-b", "guidance.lead_s=3"]);
-    let rows = |table: &str| table.lines().skip(4).map(str::to_owned).collect::<Vec<_>>();
+    // Without names and next commands.
+    let rows =
+        |table: &str| table.lines().skip(4).take_while(|line| *line != "next:").map(str::to_owned).collect::<Vec<_>>();
     assert_eq!(rows(&of_folders), rows(&flown));
 }
 
