@@ -49,3 +49,26 @@ fn options_of(key: &str, value: &Value) -> Result<Vec<OsString>, String> {
         value => Ok(vec![argument(value)?]),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_file_gives_options_which_those_of_the_command_line_follow() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("uav.toml");
+        let options = |text: &str| {
+            std::fs::write(&file, text).unwrap();
+            let typed = ["standoff", "fly", "--config", file.to_str().unwrap(), "--uav", "2"].map(OsString::from);
+            with_options_of_file(typed.to_vec()).map(|(arguments, _)| arguments)
+        };
+        let given = "scenario = 'a.toml'\nuav = 1\nview = true\nno-open = false\nset = ['b=1', 'c=2']\n";
+        let path = file.to_str().unwrap();
+        let expected = ["a.toml", "--uav=1", "--view", "--set=b=1", "--set=c=2", "--config", path, "--uav", "2"];
+        assert_eq!(options(given).unwrap()[2..], expected);
+        for wrong in ["uav = {}", "config = 'other.toml'", "uav = ", "set = [[]]"] {
+            assert!(matches!(options(wrong), Err(Failure::Input(_))), "{wrong}");
+        }
+    }
+}

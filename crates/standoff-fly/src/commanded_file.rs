@@ -35,3 +35,25 @@ impl CommandedFile {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_file_exists_while_the_aircraft_is_commanded_and_remains_after_a_kill() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("commanded");
+        let mut warnings = Vec::new();
+        let mut file = CommandedFile::new(&path).unwrap();
+        for is_commanding in [false, true, true, false, true] {
+            file.update(is_commanding, &mut |line| warnings.push(line.to_owned()));
+            assert_eq!(path.exists(), is_commanding);
+        }
+        drop(file);
+        assert!(path.exists() && warnings.is_empty(), "{warnings:?}");
+        CommandedFile::new(&path).unwrap();
+        assert!(!path.exists(), "a new start commands nothing");
+        assert!(CommandedFile::new(&folder.path().join("missing/commanded")).is_err());
+    }
+}
