@@ -127,7 +127,7 @@ pub(crate) fn gaps_csv(gaps: &[Gap], names: &[String], period_s: f64) -> Result<
 fn csv_of<const N: usize>(heads: [&str; N], rows: impl Iterator<Item = [String; N]>) -> Result<String, csv::Error> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     writer.write_record(heads)?;
-    rows.map(|row| writer.write_record(row)).collect::<Result<(), _>>()?;
+    rows.into_iter().try_for_each(|row| writer.write_record(row))?;
     let bytes = writer.into_inner().map_err(|error| error.into_error())?;
     Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
