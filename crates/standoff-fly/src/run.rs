@@ -1,7 +1,7 @@
 //! The program with its devices: real time, sockets and status lines.
 
 use std::net::{SocketAddr, UdpSocket};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
@@ -99,10 +99,7 @@ pub fn run(
     let mut sumo = devices.sumo.as_ref().map(connect).transpose()?;
     let open_cot = |to: &String| CotSender::open(to, plane).map_err(at(to));
     let mut cot = devices.cot.as_ref().map(open_cot).transpose()?;
-    let commanded = |file: &PathBuf| {
-        CommandedFile::new(file).map_err(|error| RunError::Input(format!("{}: {error}", display_text::path(file))))
-    };
-    let mut commanded_file = devices.commanded_file.as_ref().map(commanded).transpose()?;
+    let mut commanded_file = devices.commanded_file.as_deref().map(commanded_file).transpose()?;
 
     let clock = Clock { begun: Instant::now() };
     let begun_at = clock.now();
@@ -119,8 +116,7 @@ pub fn run(
             let is_over = now - left_at >= if companion.awaits_answer() { LEAVE_MAX } else { LEAVE };
             if is_over {
                 commanded_file.iter_mut().for_each(|file| file.update(false, report));
-                let saved = open.saver.map(|saver| saver.finish(open.codec.time_stamps()));
-                return saved.unwrap_or(Ok(())).map_err(at("time stamps of signed frames"));
+                return open.finish();
             }
         }
         open.receive(&clock, &inputs, &mut companion, report);
@@ -143,6 +139,10 @@ pub fn run(
         }
         status.report(now, &companion, report);
     }
+}
+
+fn commanded_file(path: &Path) -> Result<CommandedFile, RunError> {
+    CommandedFile::new(path).map_err(|error| RunError::Input(format!("{}: {error}", display_text::path(path))))
 }
 
 /// Time of the last position.
@@ -175,6 +175,12 @@ fn at(what: &str) -> impl Fn(std::io::Error) -> RunError {
 }
 
 impl Open {
+    /// Saves the time stamps of signed frames.
+    fn finish(self) -> Result<(), RunError> {
+        let saved = self.saver.map(|saver| saver.finish(self.codec.time_stamps()));
+        saved.unwrap_or(Ok(())).map_err(at("time stamps of signed frames"))
+    }
+
     /// Sends messages to the autopilot and to the teammates.
     fn send(&mut self, now: Time, outgoing: &Outgoing) {
         for message in &outgoing.mavlink {
