@@ -143,7 +143,7 @@ mod tests {
             events.add(i64::from(n) * 1_000_000 + 500_000, &event("readmitted", Some(n), Some(3)), &names);
         }
         let text = events.text(&["lost"], WIDTH);
-        assert!(text.contains("       0.5 s  readmitted           car-0, group 3: an orbit"), "{text}");
+        assert!(text.contains("     0.5 s  readmitted           car-0, group 3: an orbit"), "{text}");
         assert!(!text.contains("lost                 car-0"), "{text}");
         assert!(text.ends_with("  and 12 more in summary.json\n  all: 20 lost, 20 readmitted\n"), "{text}");
     }
