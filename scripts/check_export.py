@@ -132,13 +132,14 @@ def gaps_of(run: Path) -> list[tuple[str, float, float]]:
     truth = pd.read_parquet(run / "truth.parquet")
     names = pd.read_parquet(run / "targets.parquet").set_index("target")["name"]
     period_s = json.loads((run / "run.json").read_text())["period_s"]
+    in_view = set(pd.read_parquet(run / "in_view.parquet")[["target", "time_us"]].itertuples(index=False, name=None))
     gaps = []
     for target, rows in truth.groupby("target"):
         # The first time step of a target does not count.
-        rows = rows.sort_values("time_us").iloc[1:]
-        number = (rows["in_view"] == True).cumsum()  # noqa: E712: null is not in view
-        for _, out in rows[rows["in_view"] != True].groupby(number):  # noqa: E712
-            begin_s, end_s = out["time_us"].min() / 1e6, out["time_us"].max() / 1e6 + period_s
+        times_us = rows["time_us"].sort_values().iloc[1:]
+        is_seen = times_us.map(lambda time_us, target=target: (target, time_us) in in_view)
+        for _, out_us in times_us[~is_seen].groupby(is_seen.cumsum()):
+            begin_s, end_s = out_us.min() / 1e6, out_us.max() / 1e6 + period_s
             if end_s - begin_s >= 2.0:
                 gaps.append((names[target], begin_s, end_s))
     return sorted(gaps)
