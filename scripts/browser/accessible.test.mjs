@@ -210,7 +210,7 @@ inReport("the keyboard reaches every control, the focus is visible, and the focu
     "play", "step-back", "step-forward", "time", "speed"]) assert.ok(names.includes(id), `${id} is among ${names}`);
   assert.ok(!names.includes("tab-state"), "the tab list is one tab stop");
   await page.getByRole("tab", { name: "Charts" }).focus();
-  for (const name of ["State", "Events", "Outcome", "Charts", "State"]) {
+  for (const name of ["State", "Events", "Problems", "Outcome", "Charts", "State"]) {
     await page.keyboard.press("ArrowRight");
     assert.equal(await page.evaluate(() => document.activeElement.textContent), name);
     assert.equal(await page.getByRole("tab", { name }).getAttribute("aria-selected"), "true");
