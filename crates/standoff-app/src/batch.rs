@@ -8,7 +8,7 @@ use standoff_view::batch::Batch;
 use standoff_view::page;
 
 use crate::error::{Failure, of_batch};
-use crate::metric_table::{MetricRow, are_selected, in_unit, interval, metric_table, remarks, shows};
+use crate::metric_table::{MetricRow, Shown, in_unit, interval, metric_table, remarks};
 
 /// File name of a batch's page, next to its results.
 pub const REPORT: &str = "report.html";
@@ -31,13 +31,12 @@ pub fn batch_text(summary: &Summary, results: &Results) -> String {
     let part = summary.shard.map_or_else(String::new, |shard| format!(", shard {shard} of {}", runs(summary.runs)));
     let (scenario, total) = (printable(&summary.scenario), flown.end - flown.start);
     let mut text = format!("{scenario}, {}, seeds {first} to {last}{part}\n", runs(total));
-    let is_shown = shows(summary.metrics.iter().map(|(name, _)| name.as_str()));
-    let are_selected = are_selected(summary.metrics.iter().map(|(name, _)| name.as_str()));
-    let measured = || summary.metrics.iter().filter(|(_, of)| are_selected || of.n > 0);
-    let rows: Vec<_> = measured().filter(|(name, _)| is_shown(name)).map(|(name, of)| row(name, of)).collect();
+    let shown = Shown::of(&summary.metrics);
+    let measured = || summary.metrics.iter().filter(|(_, of)| shown.are_named() || of.n > 0);
+    let rows: Vec<_> = measured().filter(|(name, _)| shown.has(name)).map(|(name, of)| row(name, of)).collect();
     text += &metric_table(&[("mean", 8), ("95 % of the mean", 19), ("5 %", 8), ("95 %", 8)], "", &rows, WIDTH);
-    let shown = summary.metrics.iter().filter(|(name, _)| is_shown(name));
-    text += &remarks(shown.map(|(name, of)| (name.as_str(), of.n)), total, measured().count() - rows.len());
+    let numbers = summary.metrics.iter().filter(|(name, _)| shown.has(name)).map(|(name, of)| (name.as_str(), of.n));
+    text += &remarks(numbers, total, measured().count() - rows.len());
     text += "5 %, 95 %: percentiles of the runs\n";
     let (dir, page) = (shell_path(results.dir()), shell_path(&results.dir().join(REPORT)));
     text + &format!(

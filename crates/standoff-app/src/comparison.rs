@@ -3,23 +3,23 @@
 use standoff_io::display_text::WIDTH;
 use standoff_sim::monte_carlo::{Better, Comparison, Paired};
 
-use crate::metric_table::{MetricRow, are_selected, in_unit, interval, metric_table, remarks, shows};
+use crate::metric_table::{MetricRow, Shown, in_unit, interval, metric_table, remarks};
 
 /// Formats a comparison for a terminal of 100 columns: the verdict on all metrics, and a table of the main ones and of
 /// those that differ; of all, if the user selected them.
 pub fn comparison_text(comparison: &Comparison) -> String {
     let Comparison { a, b, seed, runs, metrics } = comparison;
-    let are_selected = are_selected(metrics.iter().map(|(name, _)| name.as_str()));
-    let is_measured = |paired: &Paired| are_selected || paired.mean_a.or(paired.mean_b).is_some();
+    let shown = Shown::of(metrics);
+    let is_measured = |paired: &Paired| shown.are_named() || paired.mean_a.or(paired.mean_b).is_some();
     let measured: Vec<_> = metrics.iter().filter(|(_, paired)| is_measured(paired)).collect();
     let mut text = format!("{}\n\nA: {a}\nB: {b}\n", overall(&measured));
     text += &format!("{runs} runs of each with the same random draws, from seed {seed}\n");
-    let is_main = shows(metrics.iter().map(|(name, _)| name.as_str()));
-    let is_shown = |name: &str, paired: &Paired| is_main(name) || paired.differs;
+    let is_shown = |name: &str, paired: &Paired| shown.has(name) || paired.differs;
     let rows: Vec<_> = measured.iter().filter(|(name, paired)| is_shown(name, paired)).map(|one| row(one)).collect();
     text += &metric_table(&[("A", 8), ("B", 8), ("95 % of B - A ", 19)], "result", &rows, WIDTH);
-    let shown = metrics.iter().filter(|(name, paired)| is_shown(name, paired));
-    text += &remarks(shown.map(|(name, paired)| (name.as_str(), paired.n)), *runs, measured.len() - rows.len());
+    let numbers =
+        metrics.iter().filter(|(name, paired)| is_shown(name, paired)).map(|(name, of)| (name.as_str(), of.n));
+    text += &remarks(numbers, *runs, measured.len() - rows.len());
     text + "better, differs: the whole interval of B - A is beyond +- the size of interest (docs/user/metrics.md)\n\
             same: the whole interval is within +- the size of interest; unclear: neither; fly more runs\n"
 }

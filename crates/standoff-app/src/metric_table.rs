@@ -46,20 +46,25 @@ pub(crate) fn metric_table(heads: &[(&str, usize)], end: &str, rows: &[MetricRow
     text
 }
 
-/// Returns which of these metrics a table shows: the main ones if they are the default selection, otherwise all.
-pub(crate) fn shows<'a>(metrics: impl Iterator<Item = &'a str>) -> impl Fn(&str) -> bool {
-    let choice = MetricSelection::parse(&metrics.collect::<Vec<_>>().join(","));
-    move |name| match (&choice, MetricInfo::of(name)) {
-        (Ok(choice), Some(info)) => choice.shows(info),
-        // Metrics of another version.
-        _ => true,
-    }
-}
+/// Selection of the metrics of several runs; `None` for metrics of another version.
+pub(crate) struct Shown(Option<MetricSelection>);
 
-/// True if these metrics are a selection by the user, of which those without a value are shown, too.
-pub(crate) fn are_selected<'a>(metrics: impl Iterator<Item = &'a str>) -> bool {
-    let choice = MetricSelection::parse(&metrics.collect::<Vec<_>>().join(","));
-    choice.is_ok_and(|choice| ![MetricSelection::standard(), MetricSelection::all()].contains(&choice))
+impl Shown {
+    /// Returns the selection of exactly these metrics.
+    pub(crate) fn of<T>(metrics: &[(String, T)]) -> Self {
+        let names: Vec<&str> = metrics.iter().map(|(name, _)| name.as_str()).collect();
+        Self(MetricSelection::parse(&names.join(",")).ok())
+    }
+
+    /// True if a table shows the metric: the main ones if they are the default selection, otherwise all.
+    pub(crate) fn has(&self, metric: &str) -> bool {
+        self.0.zip(MetricInfo::of(metric)).is_none_or(|(choice, info)| choice.shows(info))
+    }
+
+    /// True if the user named the metrics: those without a value are then shown, too.
+    pub(crate) fn are_named(&self) -> bool {
+        self.0.is_some_and(|choice| ![MetricSelection::standard(), MetricSelection::all()].contains(&choice))
+    }
 }
 
 /// Formats the remarks below a table of several runs: the shown metrics (each with the number of runs that have a value)
@@ -79,7 +84,7 @@ pub(crate) fn remarks<'a>(shown: impl Iterator<Item = (&'a str, u64)>, runs: u64
 }
 
 /// Formats a number with four significant digits.
-pub(crate) fn number(value: f64) -> String {
+fn number(value: f64) -> String {
     let size = value.abs();
     match size {
         0.0 => "0".to_owned(),
@@ -92,18 +97,23 @@ pub(crate) fn number(value: f64) -> String {
     }
 }
 
-/// Formats a value of a metric in its display unit, or `-` if there is none. A fraction that is not quite 1 does not look
-/// like it.
+/// Formats a value of a metric in its display unit, or `-` if it does not exist.
 pub(crate) fn in_unit(metric: &str, value: Option<f64>) -> String {
     let (unit, factor) = MetricInfo::unit(metric);
-    match value.map(|value| (value, number(factor * value))) {
-        None => "-".to_owned(),
-        Some((value, text)) if unit == "%" && value < 1.0 && text.starts_with("100") => ">99.99".to_owned(),
-        Some((_, text)) => text,
+    let value = value.map(|value| factor * value);
+    value.map_or_else(|| "-".to_owned(), |value| distinct(value, unit, number(value)))
+}
+
+/// Returns the text of a value, so that a percentage that is not quite 0 or 100 does not look like it.
+pub(crate) fn distinct(value: f64, unit: &str, text: String) -> String {
+    match text {
+        text if unit == "%" && value < 100.0 && text.starts_with("100") => ">99.99".to_owned(),
+        text if unit == "%" && value > 0.0 && text == "0.00" => "<0.01".to_owned(),
+        text => text,
     }
 }
 
-/// Formats an interval of a metric as `a to b`, or `-` if there is none.
+/// Formats an interval of a metric as `a to b`, or `-` if it does not exist.
 pub(crate) fn interval(metric: &str, ends: Option<[f64; 2]>) -> String {
     let text = |[low, high]: [f64; 2]| format!("{} to {}", in_unit(metric, Some(low)), in_unit(metric, Some(high)));
     ends.map_or_else(|| "-".to_owned(), text)
@@ -127,6 +137,6 @@ mod tests {
         let row = MetricRow { metric: "new_m", cells: vec!["1.5".to_owned()], end: String::new(), remarks: Vec::new() };
         let text = metric_table(&[("mean", 8)], "", &[row], WIDTH);
         assert_eq!(text, format!("\n{:49} mean\nOther\n  {:43}      1.5 m\n", "", "new_m"));
-        assert!(shows(["new_m"].into_iter())("new_m"));
+        assert!(Shown::of(&[("new_m".to_owned(), ())]).has("new_m"));
     }
 }

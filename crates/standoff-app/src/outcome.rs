@@ -13,10 +13,10 @@ use standoff_sim::baseline::{CoverageBaseline, SPEED_M_S};
 use standoff_sim::scenario::Settings;
 use standoff_view::replay::Line;
 
-use crate::metric_table::{MetricRow, metric_table};
+use crate::metric_table::{MetricRow, distinct, metric_table};
 pub(crate) use events::Events;
 use events::named;
-pub(crate) use problems::{Problem, alarms_csv, gaps_csv, problems};
+pub(crate) use problems::{Problem, alarms_csv, gaps_csv};
 
 /// Minimum fraction of ungrouped target time that is explained.
 const UNGROUPED_NOTABLE: f64 = 0.1;
@@ -268,14 +268,9 @@ fn is_better(metric: &str, one: Option<f64>, other: Option<f64>) -> bool {
     }
 }
 
-/// Formats a value. A fraction that is not quite 0 or 1 does not look like it.
+/// Formats a value with this number of decimals.
 fn number(value: Option<f64>, digits: usize, unit: &str) -> String {
-    let Some(value) = value else { return "-".to_owned() };
-    match format!("{value:.digits$}") {
-        text if unit == "%" && value < 100.0 && text == "100.00" => ">99.99".to_owned(),
-        text if unit == "%" && value > 0.0 && text == "0.00" => "<0.01".to_owned(),
-        text => text,
-    }
+    value.map_or_else(|| "-".to_owned(), |value| distinct(value, unit, format!("{value:.digits$}")))
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use std::path::Path;
 use standoff_io::atomic_file;
 use standoff_io::display_text::{self, shell_path};
 use standoff_record::Record;
-use standoff_score::{MetricSelection, ScoreConfig, Scorer, SelectedMetrics};
+use standoff_score::{MetricSelection, ScoreConfig, Scorer, SelectedMetrics, problems};
 use standoff_sim::scenario::Settings;
 use standoff_view::figures::{FigureError, Setup, figures};
 use standoff_view::page;
@@ -15,7 +15,7 @@ use standoff_view::replay::{Encoder, Head};
 
 use crate::error::{Failure, of_record};
 use crate::maps::Maps;
-use crate::outcome::{Events, Outcome, PerTarget, alarms_csv, gaps_csv, lines, problems};
+use crate::outcome::{Events, Outcome, PerTarget, Problem, alarms_csv, gaps_csv, lines};
 use crate::warnings::Warnings;
 
 /// Maximum number of target rows in a report. For longer runs the report contains only every n-th time step, so that
@@ -54,7 +54,6 @@ pub fn report_run(dir: &Path, place: &Path, choice: MetricSelection, warn: Warni
     let setup = Setup::of(manifest.title(), &settings);
     let [stride, state_stride] = strides(&record, &setup)?;
     let encoder = Encoder::new(&config, stride).with_team_states_every(state_stride);
-    let encoder = if record.has_truth() { encoder } else { encoder.without_truth(config.period_s) };
     let (mut encoder, mut parts) = (encoder.with_detections(setup.detections), Vec::new());
     let (mut events, mut uavs) = (Events::default(), 0);
     let frames = record.frames().map_err(of_record)?.inspect(|frame| {
@@ -68,7 +67,7 @@ pub fn report_run(dir: &Path, place: &Path, choice: MetricSelection, warn: Warni
         FigureError::Frame(error) => of_record(error),
         other => Failure::running(other),
     })?;
-    let problems = problems(encoder.alarms(), record.target_names());
+    let problems = problems(encoder.alarms()).iter().map(|of| Problem::of(of, record.target_names())).collect();
     let outcome = Outcome { problems, ..outcome_of(&record, settings, &scorer, choice, events, uavs) };
     warn_omitted(outcome.events.left_out(), warn);
     parts.extend(encoder.part());

@@ -57,6 +57,37 @@ impl Alarm {
     }
 }
 
+/// Alarms of one kind and cause.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Problem {
+    /// Number of alarms.
+    pub times: usize,
+    /// Sum of their durations, microseconds.
+    pub total_us: i64,
+    /// The longest one; of several, the first.
+    pub longest: Alarm,
+}
+
+/// Groups alarms by kind and cause: those that last longest in total come first.
+#[must_use]
+pub fn problems(alarms: &[Alarm]) -> Vec<Problem> {
+    let mut problems: Vec<Problem> = Vec::new();
+    for alarm in alarms {
+        let lasting_us = alarm.end_us - alarm.begin_us;
+        let is_same = |of: &&mut Problem| (of.longest.kind, &of.longest.cause) == (alarm.kind, &alarm.cause);
+        let Some(known) = problems.iter_mut().find(is_same) else {
+            problems.push(Problem { times: 1, total_us: lasting_us, longest: alarm.clone() });
+            continue;
+        };
+        (known.times, known.total_us) = (known.times + 1, known.total_us + lasting_us);
+        if lasting_us > known.longest.end_us - known.longest.begin_us {
+            known.longest = alarm.clone();
+        }
+    }
+    problems.sort_by_key(|problem| std::cmp::Reverse(problem.total_us));
+    problems
+}
+
 /// Kind of an alarm, and the target, group or UAV that it concerns.
 type Subject = (&'static str, Option<u32>, Option<u32>);
 

@@ -83,20 +83,25 @@ impl View {
 #[derive(Debug, Clone)]
 pub struct Gaps {
     period_us: i64,
+    /// True if an earlier time step contained a true target.
     has_truth: bool,
     views: BTreeMap<u32, View>,
     ended: Vec<Gap>,
 }
 
 impl Gaps {
-    /// Makes an accumulator for a run with time steps of `period_s`, with or without truth.
+    /// Makes an accumulator for a run with time steps of `period_s`.
     #[must_use]
-    pub fn new(period_s: f64, has_truth: bool) -> Self {
-        Self { period_us: (period_s * 1e6).round() as i64, has_truth, views: BTreeMap::new(), ended: Vec::new() }
+    pub fn new(period_s: f64) -> Self {
+        Self { period_us: (period_s * 1e6).round() as i64, has_truth: false, views: BTreeMap::new(), ended: Vec::new() }
     }
 
     /// Adds the next time step.
     pub fn add(&mut self, frame: &Frame, scores: &FrameScores<'_>) {
+        if !self.has_truth && !frame.truth.is_empty() {
+            // What was found before concerns false tracks.
+            (self.has_truth, self.views, self.ended) = (true, BTreeMap::new(), Vec::new());
+        }
         if !self.has_truth {
             for row in &frame.tracks {
                 let is_in_view = Some(row.status == TrackStatus::Updated);

@@ -40,7 +40,7 @@ use standoff_record::Frame;
 use per_agent::PerAgentScores;
 use team_scorer::TeamScorer;
 
-pub use alarms::{Alarm, Alarms};
+pub use alarms::{Alarm, Alarms, Problem, problems};
 pub use buildings::{BUILDING_HEIGHT_MAX_M, BUILDING_VERTICES_MAX, BUILDINGS_MAX, Building, Buildings};
 pub use config::{CueError, Noise, Priorities, ScoreConfig};
 pub use families::cramer_rao::Bound as PositionBound;

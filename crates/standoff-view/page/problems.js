@@ -58,23 +58,14 @@ class Problems {
     row.insertCell().append(button);
   }
 
-  /** Groups the alarms by kind and cause: those that last longest in total come first. */
+  /** Shows the alarms by kind and cause. */
   showKinds() {
-    const kinds = new Map();
-    for (const alarm of this.head.alarms) {
-      const key = `${alarm.kind} ${alarm.cause ?? ""}`;
-      const known = kinds.get(key) ?? { times: 0, total_s: 0, longest_s: -1 };
-      const lasting_s = lasts_s(alarm);
-      kinds.set(key, {
-        times: known.times + 1, total_s: known.total_s + lasting_s,
-        ...(lasting_s > known.longest_s ? { longest_s: lasting_s, longest: alarm } : { longest_s: known.longest_s, longest: known.longest }),
-      });
-    }
+    const { problems } = this.head;
     const table = element("problem-kinds");
-    table.hidden = !kinds.size;
-    this.fill(table, [...kinds.values()].sort((a, b) => b.total_s - a.total_s), (row, { times, total_s, longest_s, longest }) => {
+    table.hidden = !problems.length;
+    this.fill(table, problems, (row, { times, total_us, longest }) => {
       this.cell(row, longest.kind, longest);
-      for (const text of [String(times), fixed(total_s, 1), fixed(longest_s, 1)]) row.insertCell().textContent = text;
+      for (const text of [String(times), fixed(total_us / 1e6, 1), fixed(lasts_s(longest), 1)]) row.insertCell().textContent = text;
       writeName(row.insertCell(), `${this.subject(longest)}: ${longest.reason}`);
     });
   }

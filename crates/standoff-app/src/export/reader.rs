@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 use chrono::{DateTime, Utc};
 use standoff::{Angle, Covariance, Displacement, Position};
 use standoff_io::geodesy::LocalPlane;
-use standoff_record::{Frame, Record};
+use standoff_record::{Frame, Record, target_name};
 use standoff_score::{FrameScorer, Gaps};
 use standoff_sim::scenario::Settings;
 
@@ -50,7 +50,7 @@ impl<'a> Reader<'a> {
             tracks: BTreeMap::new(),
             outlines: Vec::new(),
             scorer: FrameScorer::new(settings.score_config()),
-            gaps: Gaps::new(settings.period.s(), record.has_truth()),
+            gaps: Gaps::new(settings.period.s()),
         }
     }
 
@@ -74,7 +74,7 @@ impl<'a> Reader<'a> {
             let at = self.degrees(Position::from_m(row.state[0], row.state[3]))?;
             let covariance = Covariance::from_upper_triangle(&row.covariance);
             let position_sd_m = Some(covariance.position_sd_max_m());
-            let new = || Path { kind: "track", name: name(self.names, row.target), fixes: Vec::new() };
+            let new = || Path { kind: "track", name: target_name(row.target, self.names), fixes: Vec::new() };
             let fix = Fix { time_s: self.time_s, at, altitude_m: None, position_sd_m };
             self.tracks.entry(row.track).or_insert_with(new).fixes.push(fix);
         }
@@ -106,7 +106,7 @@ impl<'a> Reader<'a> {
             let scaled = |of: Position| root.l() * of.vector();
             let ring = circle(Position::default(), ELLIPSE_SDS).into_iter().map(scaled);
             let ring = ring.map(|of| at + Displacement::from_m(of.x, of.y)).collect();
-            self.add("uncertainty", name(self.names, row.target), ring)?;
+            self.add("uncertainty", target_name(row.target, self.names), ring)?;
         }
         Ok(())
     }
@@ -123,7 +123,7 @@ impl<'a> Reader<'a> {
         let seconds = |time_us: i64| time_us as f64 * 1e-6;
         let all = self.gaps.all().into_iter().map(|gap| {
             Ok(Gap {
-                name: name(self.names, gap.target),
+                name: target_name(gap.target, self.names),
                 begin_s: seconds(gap.begin_us),
                 end_s: seconds(gap.end_us),
                 at: self.degrees(Position::from_m(gap.x_m, gap.y_m))?,
@@ -139,11 +139,6 @@ impl<'a> Reader<'a> {
         let paths = self.uavs.into_values().chain(self.tracks.into_values()).collect();
         Ok(Export { name, begin, end_s, paths, outlines: self.outlines, gaps })
     }
-}
-
-/// The name of a target or of a track without one.
-fn name(names: &[String], target: u32) -> String {
-    names.get(target as usize).cloned().unwrap_or_else(|| format!("track {target}"))
 }
 
 /// A closed circle.

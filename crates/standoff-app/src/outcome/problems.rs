@@ -29,34 +29,22 @@ pub(crate) struct Problem {
     limit: Option<&'static str>,
 }
 
-/// Groups alarms by kind and cause: those that last longest in total come first.
-pub(crate) fn problems(alarms: &[Alarm], names: &[String]) -> Vec<Problem> {
-    let mut problems: Vec<Problem> = Vec::new();
-    for alarm in alarms {
-        let longer = Problem {
-            kind: alarm.kind,
-            cause: alarm.cause.clone(),
-            times: 1,
-            total_s: alarm.duration_s(),
-            longest_s: alarm.duration_s(),
-            begin_s: alarm.begin_us as f64 / 1e6,
-            subject: subject(alarm, names),
-            reason: alarm.reason.clone(),
-            limit: limit(alarm.kind, alarm.cause.as_deref()),
-        };
-        match problems.iter_mut().find(|known| (known.kind, &known.cause) == (alarm.kind, &alarm.cause)) {
-            Some(known) => {
-                let (times, total_s) = (known.times + 1, known.total_s + longer.total_s);
-                if longer.longest_s > known.longest_s {
-                    *known = longer;
-                }
-                (known.times, known.total_s) = (times, total_s);
-            }
-            None => problems.push(longer),
+impl Problem {
+    /// Describes the alarms of one kind and cause; `names` are those of the targets, by id.
+    pub(crate) fn of(found: &standoff_score::Problem, names: &[String]) -> Self {
+        let longest = &found.longest;
+        Self {
+            kind: longest.kind,
+            cause: longest.cause.clone(),
+            times: found.times,
+            total_s: found.total_us as f64 / 1e6,
+            longest_s: longest.duration_s(),
+            begin_s: longest.begin_us as f64 / 1e6,
+            subject: subject(longest, names),
+            reason: longest.reason.clone(),
+            limit: limit(longest.kind, longest.cause.as_deref()),
         }
     }
-    problems.sort_by(|a, b| b.total_s.total_cmp(&a.total_s));
-    problems
 }
 
 /// Names the target, UAV and group of an alarm.
@@ -135,6 +123,7 @@ fn csv_of<const N: usize>(heads: [&str; N], rows: impl Iterator<Item = [String; 
 #[cfg(test)]
 mod tests {
     use standoff_io::display_text::WIDTH;
+    use standoff_score::problems;
 
     use super::*;
 
@@ -155,8 +144,8 @@ mod tests {
     fn alarms_are_grouped_and_the_longest_one_is_named() {
         let names = ["a", "0"].map(str::to_owned);
         let alarms = [alarm("lost", 0, 0, 5), alarm("removed", 0, 1, 3), alarm("removed", 1, 10, 20)];
-        let problems = problems(&alarms, &names);
-        let text: String = problems.iter().map(|problem| problem.text(WIDTH)).collect();
+        let problems = problems(&alarms);
+        let text: String = problems.iter().map(|problem| Problem::of(problem, &names).text(WIDTH)).collect();
         let removed =
             "  removed               2 times, 12.0 s in all, longest 10.0 s from 10.0 s on: target \"0\", group 3\n";
         assert!(text.starts_with(removed), "{text}");

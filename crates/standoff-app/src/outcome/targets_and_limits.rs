@@ -108,7 +108,7 @@ pub(super) fn remarks(metrics: &SelectedMetrics, events: &Events, settings: &Set
     if events.count("removed") > 0 && !is_custody_complete {
         remarks.push((
             "custody_fraction",
-            "removed targets count as not in custody; the events below give the reasons".to_owned(),
+            "removed targets count as not in custody; the problems below give the reasons".to_owned(),
         ));
     }
     if settings.team.group.margin == Margin::Mahalanobis {

@@ -153,7 +153,7 @@ impl Encoder {
             bound: PositionBound::of(rules),
             colours: GroupColours::default(),
             allowance: EventQuota::default(),
-            gaps: Gaps::new(rules.period_s, true),
+            gaps: Gaps::new(rules.period_s),
             alarms: Alarms::default(),
             others_allowance: EventQuota::default(),
             detections: None,
@@ -166,12 +166,6 @@ impl Encoder {
     #[must_use]
     pub fn with_team_states_every(self, team_states: usize) -> Self {
         Self { team_states_stride: self.stride.saturating_mul(team_states.max(1)), ..self }
-    }
-
-    /// Encodes a run without truth. Call it before the first frame.
-    #[must_use]
-    pub fn without_truth(self, period_s: f64) -> Self {
-        Self { gaps: Gaps::new(period_s, false), ..self }
     }
 
     /// Encodes the detections of a run, if it has a setup for them. Call it before the first frame.

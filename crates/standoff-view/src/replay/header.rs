@@ -6,7 +6,7 @@ use serde::{Serialize, Serializer};
 use standoff::{AreaOfInterest, Position, Zone};
 use standoff_io::geodesy::Origin;
 use standoff_record::Manifest;
-use standoff_score::{Alarm, Building, Gap};
+use standoff_score::{Alarm, Building, Gap, Problem, problems};
 
 use crate::Bytes;
 use crate::figures::Setup;
@@ -68,6 +68,8 @@ pub struct Head {
     pub gaps: Vec<Gap>,
     /// Alarms; empty while the run is in progress.
     pub alarms: Vec<Alarm>,
+    /// All alarms by kind and cause; empty while the run is in progress.
+    pub problems: Vec<Problem>,
     /// Number of gaps and alarms that the page does not show, because there are too many.
     #[serde(skip_serializing_if = "is_none")]
     pub problems_left_out: u64,
@@ -201,6 +203,7 @@ impl Head {
             outcome: Vec::new(),
             gaps: Vec::new(),
             alarms: Vec::new(),
+            problems: Vec::new(),
             problems_left_out: 0,
             stride: 1,
             live: false,
@@ -213,6 +216,7 @@ impl Head {
     /// Adds the results of a run that has ended.
     pub fn complete(&mut self, outcome: Vec<Line>, encoder: &Encoder) {
         (self.outcome, self.live) = (outcome, false);
+        self.problems = problems(encoder.alarms());
         let (gaps, alarms) = (encoder.gaps(), encoder.alarms());
         let left_out = |all: usize| all.saturating_sub(PROBLEMS_MAX) as u64;
         self.problems_left_out = left_out(gaps.len()) + left_out(alarms.len());

@@ -257,7 +257,7 @@ fn without_truth_the_gaps_are_those_of_the_measurements() {
     let status =
         [TrackStatus::Cued, TrackStatus::Updated, TrackStatus::Coasting, TrackStatus::Coasting, TrackStatus::Updated];
     let scenario = load("tour/01-one-uav", &[], 1);
-    let mut encoder = Encoder::new(&scenario.settings.score_config(), 1).without_truth(0.5);
+    let mut encoder = Encoder::new(&scenario.settings.score_config(), 1);
     for (step, status) in status.into_iter().enumerate() {
         let track = TrackRow { target: 3, status, ..TrackRow::default() };
         encoder.frame(&Frame { time_us: 500_000 * step as i64, tracks: vec![track], ..Frame::default() });
