@@ -27,7 +27,8 @@ class Problems {
     const { head } = this;
     const isOver = head.outcome.length > 0;
     const left = head.problems_left_out ? `; the ${formatCount(head.problems_left_out)} shortest are only in alarms.csv and gaps.csv` : "";
-    const text = `${formatCount(head.alarms.length)} alarms, ${formatCount(head.gaps.length)} times out of view${left}`;
+    const count = (all, one, several) => `${formatCount(all.length)} ${all.length === 1 ? one : several}`;
+    const text = `${count(head.alarms, "alarm", "alarms")}, ${count(head.gaps, "time out of view", "times out of view")}${left}`;
     element("problem-count").textContent = isOver ? text : "Problems are listed when the run has ended.";
     this.showKinds();
     this.showGaps();
