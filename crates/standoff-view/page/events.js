@@ -269,7 +269,7 @@ class EventList {
     for (let index = first; index < end; index++) {
       if (!this.rows.has(index)) this.rows.set(index, { event: events[index], element: this.row(index) });
       const { element: row } = this.rows.get(index);
-      if (row.previousSibling !== before || !row.parentNode) this.room.insertBefore(row, before?.nextSibling ?? this.room.firstChild);
+      if (row.previousSibling !== before || !row.parentNode) this.room.insertBefore(row, before ? before.nextSibling : this.room.firstChild);
       before = row;
       row.setAttribute("aria-setsize", events.length);
       row.setAttribute("aria-selected", String(index === this.cursor));
