@@ -193,6 +193,11 @@ class Cue:
         Standard deviation of the position per axis, m.
         """
     @property
+    def priority(self, /) -> float | None:
+        """
+        New priority of the target; ``None``: unchanged.
+        """
+    @property
     def target(self, /) -> int | None:
         """
         Identity of the target; ``None`` if the source does not know it.
