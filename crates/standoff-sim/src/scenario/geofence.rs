@@ -50,7 +50,7 @@ pub(super) fn spell_out(typed: &mut Typed, traffic: Option<&Traffic>) -> Result<
     let Some(mut all) = value_at(&typed.table, "geofence").and_then(Value::as_array).cloned() else { return Ok(()) };
     for (index, as_typed) in all.iter_mut().enumerate().take(ZONES_MAX) {
         if typed.file.geofence[index].file.is_empty() {
-            circle_in_metres(typed, index, as_typed, &place.earth)?;
+            circle_in_metres(typed, &format!("geofence.{index}"), as_typed, &place.earth)?;
             continue;
         }
         let (zones, notes_of_file) = zones_of_file(typed, index, as_typed, &place)?;
@@ -339,14 +339,14 @@ fn is_circle(zone: &schema_types::Zone) -> bool {
 }
 
 /// Replaces the latitude and longitude of a circle by metres.
-fn circle_in_metres(
+pub(super) fn circle_in_metres(
     typed: &Typed,
-    index: usize,
+    table: &str,
     as_typed: &mut Value,
     earth: &Result<Earth, String>,
 ) -> Result<(), ScenarioError> {
-    let zone = &typed.file.geofence[index];
-    let key = format!("geofence.{index}.{}", if zone.lat_deg.is_some() { "lat_deg" } else { "lon_deg" });
+    let has = |key: &str| as_typed.get(key).is_some();
+    let key = format!("{table}.{}", if has("lat_deg") { "lat_deg" } else { "lon_deg" });
     let refuse = |what: &str| {
         let message = format!("{key}: {what}");
         ScenarioError::from(typed.origin.problem(&Map::new(&typed.origin.text), &key, message, None))
@@ -358,7 +358,7 @@ fn circle_in_metres(
             .ok_or_else(|| refuse("must be a finite number, not a distribution; draw x_m and y_m instead"))?,
         _ => return Err(refuse("a circle needs both lat_deg and lon_deg, or x_m and y_m")),
     };
-    if zone.x_m.is_some() || zone.y_m.is_some() {
+    if has("x_m") || has("y_m") {
         return Err(refuse("a circle has lat_deg and lon_deg, or x_m and y_m; keep one pair"));
     }
     let earth = earth.as_ref().map_err(|reason| refuse(&format!("{reason}; or give x_m and y_m")))?;
@@ -366,8 +366,8 @@ fn circle_in_metres(
     let Some(as_typed) = as_typed.as_table_mut() else { return Ok(()) };
     as_typed.retain(|key, _| !["lat_deg", "lon_deg"].contains(&key));
     as_typed.extend([("x_m", x_m), ("y_m", y_m)].map(|(key, metres)| (key.to_owned(), metres.into())));
-    if zone.coordinates == Coordinates::Degrees {
-        as_typed.insert("coordinates".to_owned(), "metres".into());
+    if let Some(coordinates) = as_typed.get_mut("coordinates").filter(|unit| unit.as_str() == Some("degrees")) {
+        *coordinates = "metres".into();
     }
     Ok(())
 }

@@ -9,15 +9,24 @@ use toml::{Table, Value};
 
 use super::diagnostics::Problems;
 use super::dotted::value_at;
+use super::earth::Earth;
 use super::error::ScenarioError;
 use super::geofence;
 use super::load::Typed;
 use super::schema_types::{self, ScenarioFile};
 use crate::traffic::{MAX_AT_ONCE, Traffic, Vehicle};
 
-/// Adds the priorities of the traffic file, except those of targets that the scenario names. The scenario, and so its
-/// record, then contains them.
+/// Replaces degrees by metres, and adds the priorities of the traffic file, except those of targets that the scenario
+/// names. The scenario, and so its record, then contains the priorities that are flown.
 pub(super) fn spell_out(typed: &mut Typed, traffic: Option<&Traffic>) -> Result<(), ScenarioError> {
+    let mut all = value_at(&typed.table, "priorities").and_then(Value::as_array).cloned().unwrap_or_default();
+    if typed.file.priorities.iter().any(|table| table.lat_deg.is_some() || table.lon_deg.is_some()) {
+        let earth = Earth::of(typed, traffic);
+        for (index, as_typed) in all.iter_mut().enumerate() {
+            geofence::circle_in_metres(typed, &format!("priorities.{index}"), as_typed, &earth)?;
+        }
+        typed.set("priorities", all.clone().into())?;
+    }
     let is_named = |name: &str| typed.file.priorities.iter().any(|table| table.targets.iter().any(|of| of == name));
     let mut tables: BTreeMap<u64, (f64, Vec<Value>)> = BTreeMap::new();
     for vehicle in traffic.iter().flat_map(|traffic| &traffic.vehicles).filter(|of| !is_named(of.name())) {
@@ -30,7 +39,6 @@ pub(super) fn spell_out(typed: &mut Typed, traffic: Option<&Traffic>) -> Result<
     if tables.is_empty() {
         return Ok(());
     }
-    let mut all = value_at(&typed.table, "priorities").and_then(Value::as_array).cloned().unwrap_or_default();
     let table = |(priority, names): (f64, Vec<Value>)| {
         Table::from_iter([("priority".to_owned(), priority.into()), ("targets".to_owned(), names.into())]).into()
     };
@@ -128,6 +136,28 @@ mod tests {
         let other = ScenarioTemplate::of_toml("mine", &toml, &replaced, Path::new("")).unwrap().draw(1).unwrap();
         assert!(other.settings.priorities.areas.is_empty(), "areas are of another place");
         assert!(!other.settings.priorities.is_empty(), "priorities of the file remain");
+    }
+
+    /// 0.001 degrees of latitude are 111 m.
+    #[test]
+    fn a_circle_in_degrees_is_where_the_traffic_is() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("cars.csv"), "t,id,lat,lon\n0,a,47,8\n9,a,47.002,8\n").unwrap();
+        let with = |area: &str| {
+            load(&format!("[traffic]\nfile = \"cars.csv\"\n[[priorities]]\npriority = 5\n{area}"), folder.path())
+        };
+        let scenario = with("lat_deg = 47\nlon_deg = 8\nradius_m = 120\n").unwrap();
+        let vehicle = &scenario.traffic().unwrap().vehicles[0];
+        let at = |time_ms: i64| {
+            let state = vehicle.at(vehicle.first_us() + 1000 * time_ms).unwrap();
+            scenario.settings.priorities.at(0, Position::from_m(state.x_m, state.y_m))
+        };
+        assert_eq!([at(0), at(4700), at(5000)], [5.0, 5.0, 1.0], "24.7 m/s; the circle ends after 4.85 s");
+        let error = with("lat_deg = 47\nradius_m = 120\n").unwrap_err();
+        assert!(error.contains("priorities.0.lat_deg: a circle needs both lat_deg and lon_deg"), "{error}");
+        let area = "[[targets.start]]\n[[priorities]]\npriority = 5\nlat_deg = 47\nlon_deg = 8\nradius_m = 9\n";
+        let error = load(area, Path::new("")).unwrap_err();
+        assert!(error.contains("priorities.0.lat_deg: "), "{error}");
     }
 
     #[test]

@@ -201,7 +201,7 @@ impl Scenario {
         self.traffic()?.begin_unix_us()
     }
 
-    fn traffic(&self) -> Option<&Traffic> {
+    pub(super) fn traffic(&self) -> Option<&Traffic> {
         match &self.targets {
             Targets::Random { .. } => None,
             Targets::Traffic(traffic) => Some(traffic),

@@ -578,6 +578,11 @@ tables! {
         x_m: PLACE_M;
         /// Centre of a circle, north, m; -1e7 to 1e7.
         y_m: PLACE_M;
+        /// Centre of a circle, degrees north; -90 to 90; instead of `x_m` and `y_m` if the traffic is in degrees
+        /// or the basemap has its net.
+        lat_deg: Allowed::at_least(-90.0).at_most(90.0);
+        /// Centre of a circle, degrees east; -180 to 180.
+        lon_deg: Allowed::at_least(-180.0).at_most(180.0);
         /// Radius of a circle, m; 1 to 1e6.
         radius_m: Allowed::at_least(1.0).at_most(1e6);
     } others {
