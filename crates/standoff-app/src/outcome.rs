@@ -239,8 +239,9 @@ impl Outcome {
         for PerTarget { target, score } in &targets {
             let percent = |share: Option<f64>| number(share.map(|share| 100.0 * share), 2, "%");
             let manoeuvres = if score.manoeuvres { "  manoeuvres" } else { "" };
+            let priority = score.priority.map_or_else(String::new, |priority| format!("  priority {priority}"));
             text += &format!(
-                "{:24} {:>10} {:>9} {:>13} {:>16} {:>6}{manoeuvres}\n",
+                "{:24} {:>10} {:>9} {:>13} {:>16} {:>6}{priority}{manoeuvres}\n",
                 display_text::printable(&named(target)),
                 percent(score.custody_fraction),
                 percent(score.in_view_fraction),

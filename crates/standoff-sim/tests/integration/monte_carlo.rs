@@ -87,17 +87,19 @@ fn check_refused<T>(result: Result<T, MonteCarloError>, expected: &[&str]) {
 
 #[test]
 fn in_memory_runs_equal_single_runs_on_any_number_of_threads() {
-    let template = pair(&[]);
     let bits = |rows: &[Metrics]| {
         rows.iter().map(|row| row.values().iter().map(|v| v.map(f64::to_bits)).collect::<Vec<_>>()).collect::<Vec<_>>()
     };
-    let one_by_one: Vec<_> =
-        (3..16).map(|seed| fly(&template.draw(seed).unwrap(), MetricSelection::all()).unwrap()).collect();
-    for n in [1, 2, 3, 40] {
-        let rows = fly_all(&template, 3..16, MetricSelection::all(), threads(n)).unwrap();
-        assert_eq!(bits(&rows), bits(&one_by_one), "{n} threads");
+    for set in [&[][..], &["priorities=[{priority=5, x_m=0, y_m=0, radius_m=300}]"]] {
+        let template = pair(set);
+        let one_by_one: Vec<_> =
+            (3..16).map(|seed| fly(&template.draw(seed).unwrap(), MetricSelection::all()).unwrap()).collect();
+        for n in [1, 2, 3, 40] {
+            let rows = fly_all(&template, 3..16, MetricSelection::all(), threads(n)).unwrap();
+            assert_eq!(bits(&rows), bits(&one_by_one), "{n} threads, {set:?}");
+        }
     }
-    assert!(fly_all(&template, 3..3, MetricSelection::all(), None).unwrap().is_empty());
+    assert!(fly_all(&pair(&[]), 3..3, MetricSelection::all(), None).unwrap().is_empty());
 }
 
 /// Also checks that the statistics are those of the rows.
