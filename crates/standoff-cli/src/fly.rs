@@ -136,12 +136,14 @@ const ALTITUDES_M: [f64; 2] = [60.0, 300.0];
 const LENGTH_MAX_S: u32 = 86_400;
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
-    let overrides = Overrides { set: args.set.clone(), ..Overrides::default() };
+    let [latitude_deg, longitude_deg] = args.origin;
+    let origin = Some(Origin { latitude_deg, longitude_deg });
+    let overrides = Overrides { set: args.set.clone(), origin, ..Overrides::default() };
     let template = ScenarioTemplate::load(&args.scenario, &overrides).map_err(Failure::Scenario)?;
     let length_s = args.seconds.unwrap_or(LENGTH_MAX_S);
     let scenario = of_length(&template, length_s.into()).map_err(Failure::Scenario)?;
     let (config, devices) = (config(args, &scenario)?, devices(args)?);
-    warn(&config, &devices);
+    warn(&config, &devices, scenario.uavs.len());
     let interruption = Interruption::install()?;
     let duration = args.seconds.map(|s| Duration::from_s(s.into()));
     let out = args.out.clone().or_else(|| args.records.as_deref().map(free_folder));
@@ -176,6 +178,13 @@ fn config(args: &Args, scenario: &Scenario) -> Result<Config, Failure> {
         LocalPlane::about(latitude_deg, longitude_deg).map_err(|error| Failure::Input(format!("--origin: {error}")))?;
     if let Some((id, _)) = args.teammate.iter().find(|(id, _)| *id == args.uav) {
         return Err(Failure::Input(format!("--teammate {id}=...: is the id of this UAV; give each UAV another --uav")));
+    }
+    for (place, (id, address)) in args.teammate.iter().enumerate() {
+        if args.teammate[..place].iter().any(|(other, _)| other == id) {
+            let what =
+                format!("--teammate {id}={address}: UAV {id} has an address already; give each UAV another --uav");
+            return Err(Failure::Input(what));
+        }
     }
     let team = args.teammate.iter().map(|(id, _)| *id).chain([args.uav]);
     Ok(Config {
@@ -229,7 +238,14 @@ fn count_start(file: &Path) -> Result<u32, Failure> {
 }
 
 /// Warns of what makes a flight unsafe or its tracks wrong.
-fn warn(config: &Config, devices: &Devices) {
+fn warn(config: &Config, devices: &Devices, uavs: usize) {
+    let team = config.teammates.len() + 1;
+    if uavs > team {
+        note(&format!(
+            "warning: uavs.count = {uavs}, but --teammate makes a team of {team}: this UAV does not wait for the others, \
+             hear them or avoid them"
+        ));
+    }
     if devices.signing.is_none() {
         note(
             "warning: messages are not signed: every sender that reaches the link can command the aircraft; give --key-file",
@@ -318,7 +334,7 @@ fn create_record(out: &Path, manifest: &Manifest, scenario: &Scenario) -> Result
 fn key(file: &Path, link_id: u8) -> Result<SigningKey, Failure> {
     const LENGTH_MAX: u64 = 1024;
     let shown = display_text::path(file);
-    let failure = |what: &str| Failure::Input(format!("{shown}: {what}"));
+    let failure = |what: &str| Failure::Input(format!("--key-file {shown}: {what}"));
     let length = std::fs::metadata(file).map_err(|error| failure(&error.to_string()))?;
     if !length.is_file() || length.len() > LENGTH_MAX {
         return Err(failure("must be a file with 64 hexadecimal digits"));

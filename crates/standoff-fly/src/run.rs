@@ -169,9 +169,13 @@ const CLOCK_WARNING: &str = "warning: the clock of this computer is before 2015,
                              begin: the autopilot may drop all frames; set the clock and start again";
 
 /// A function that adds to an error of a device which one it is.
-fn at(what: &str) -> impl Fn(std::io::Error) -> RunError {
+fn at(what: &str) -> impl Fn(std::io::Error) -> RunError + use<> {
     let what = what.to_owned();
-    move |error| RunError::Running(format!("{what}: {error}"))
+    move |error| {
+        let is_used = error.kind() == std::io::ErrorKind::AddrInUse;
+        let advice = if is_used { "; end the other program, or choose another port" } else { "" };
+        RunError::Running(format!("{what}: {error}{advice}"))
+    }
 }
 
 impl Open {
@@ -193,8 +197,10 @@ impl Open {
 
     fn new(system_id: u8, devices: &Devices, inputs: &Inputs) -> Result<Self, RunError> {
         let mut codec = Codec::new(system_id, devices.signing.as_ref());
-        let link = Link::open(&devices.link, inputs, Instant::now()).map_err(at(&devices.link.to_string()))?;
-        let radio = Radio::open(&devices.listen, &devices.teammates, inputs).map_err(at(&devices.listen))?;
+        let link =
+            Link::open(&devices.link, inputs, Instant::now()).map_err(at(&format!("--link {}", devices.link)))?;
+        let radio = Radio::open(&devices.listen, &devices.teammates, inputs)
+            .map_err(at(&format!("--listen {}", devices.listen)))?;
         let mut saver = None;
         if let Some(file) = &devices.time_stamps {
             let shown = display_text::path(file);
@@ -202,8 +208,9 @@ impl Open {
             codec.restore(known);
             saver = Some(Saver::start(file.clone()).map_err(at(&shown))?);
         }
-        let feed = UdpSocket::bind(&devices.feed).map_err(at(&devices.feed))?;
-        inputs.listen(Input::Feed, &feed).map_err(at(&devices.feed))?;
+        let of_feed = at(&format!("--feed {}", devices.feed));
+        let feed = UdpSocket::bind(&devices.feed).map_err(&of_feed)?;
+        inputs.listen(Input::Feed, &feed).map_err(of_feed)?;
         Ok(Self { codec, link, radio, saver, system_id, wrong_lines: 0, doubled_at: None })
     }
 

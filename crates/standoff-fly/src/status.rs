@@ -56,6 +56,12 @@ fn warnings(companion: &Companion) -> Vec<String> {
         warnings
             .push(format!("warning: two vehicles with system id {id} send on one link; give each vehicle another one"));
     }
+    if companion.vehicle.is_other_autopilot() {
+        let id = companion.vehicle.system_id();
+        warnings.push(format!(
+            "warning: the autopilot with system id {id} is not ArduPilot, the only one that is supported"
+        ));
+    }
     warnings
 }
 

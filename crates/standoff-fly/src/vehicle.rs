@@ -6,8 +6,8 @@
 use mavlink::MavHeader;
 use mavlink::dialects::ardupilotmega::{
     ADSB_VEHICLE_DATA, ATTITUDE_DATA, AdsbAltitudeType, AdsbFlags, COMMAND_ACK_DATA, EkfStatusFlags,
-    GLOBAL_POSITION_INT_DATA, GpsFixType, HEARTBEAT_DATA, MavCmd, MavLandedState, MavMessage, MavModeFlag, MavResult,
-    MavState, VFR_HUD_DATA,
+    GLOBAL_POSITION_INT_DATA, GpsFixType, HEARTBEAT_DATA, MavAutopilot, MavCmd, MavLandedState, MavMessage,
+    MavModeFlag, MavResult, MavState, VFR_HUD_DATA,
 };
 use standoff::atmosphere::density_ratio;
 use standoff::math;
@@ -105,6 +105,8 @@ pub struct Vehicle {
     clock: BootClock,
     /// Last heartbeat.
     pub heartbeat: Option<Heartbeat>,
+    /// True if the last heartbeat was not one of ArduPilot, so that it does not count.
+    is_other_autopilot: bool,
     /// Last position.
     pub position: Option<PositionSample>,
     /// Last roll, rad, positive to the right, and its time.
@@ -138,6 +140,7 @@ impl Vehicle {
             plane,
             clock: BootClock::default(),
             heartbeat: None,
+            is_other_autopilot: false,
             position: None,
             roll: None,
             airspeed: None,
@@ -203,6 +206,11 @@ impl Vehicle {
     }
 
     fn hear_heartbeat(&mut self, now: Time, heartbeat: &HEARTBEAT_DATA) {
+        // Modes and parameters of other autopilots have other meanings.
+        self.is_other_autopilot = heartbeat.autopilot != MavAutopilot::MAV_AUTOPILOT_ARDUPILOTMEGA;
+        if self.is_other_autopilot {
+            return;
+        }
         let is_failsafe = matches!(
             heartbeat.system_status,
             MavState::MAV_STATE_CRITICAL
@@ -343,6 +351,11 @@ impl Vehicle {
     /// Age that the last position had when it arrived; `None` without a position.
     pub fn telemetry_delay(&self) -> Option<Duration> {
         self.position.map(|position| position.delay)
+    }
+
+    /// True if the last heartbeat was not one of ArduPilot.
+    pub fn is_other_autopilot(&self) -> bool {
+        self.is_other_autopilot
     }
 
     /// True if time stamps of two autopilots with this system id have arrived in turns.

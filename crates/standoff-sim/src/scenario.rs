@@ -121,7 +121,7 @@ impl ScenarioTemplate {
     fn with_traffic(mut typed: load::Typed, known: Option<&Arc<Traffic>>) -> Result<Self, ScenarioError> {
         let (traffic, mut problems) = match traffic::read(&typed, known) {
             Ok(traffic) => {
-                let origin = traffic.as_ref().and_then(|traffic| traffic.origin);
+                let origin = typed.origin_on_earth(traffic.as_deref());
                 geofence::spell_out(&mut typed, traffic.as_deref())?;
                 buildings::spell_out(&mut typed, origin)?;
                 priorities::spell_out(&mut typed, traffic.as_deref())?;

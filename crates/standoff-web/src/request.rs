@@ -40,7 +40,7 @@ impl Request {
     /// The scenario before anything is drawn. The error is the message that the command would print.
     pub fn template(&self) -> Result<ScenarioTemplate, String> {
         let Self { set, traffic, maps, uavs, .. } = self.clone();
-        let overrides = Overrides { set, traffic, uavs, maps };
+        let overrides = Overrides { set, traffic, uavs, maps, origin: None };
         let template = match &self.text {
             Some(text) => ScenarioTemplate::of_toml(&self.scenario, text, &overrides, Path::new("")),
             None => ScenarioTemplate::load(&self.scenario, &overrides),

@@ -20,7 +20,9 @@ pub(super) const PAPER_LAW: &str = "paper's law: same scenario, initial position
 /// be exceeded). Empty if none is known.
 pub(super) fn target(metric: &str, settings: &Settings) -> String {
     match metric {
-        "custody_fraction" | "in_view_fraction" | "reacquired_fraction" => "goal 100".to_owned(),
+        "custody_fraction" | "priority_custody_fraction" | "in_view_fraction" | "reacquired_fraction" => {
+            "goal 100".to_owned()
+        }
         "off_boresight_mean_deg" | "off_boresight_max_deg" => {
             format!("limit {:.0}", 0.5 * settings.team.track.sensor.field_of_view_rad.to_degrees())
         }

@@ -60,6 +60,7 @@ pub(crate) struct Plane {
     steps: u64,
     pub(crate) mode: u32,
     pub(crate) is_armed: bool,
+    pub(crate) autopilot: MavAutopilot,
     pub(crate) system_status: MavState,
     pub(crate) aircraft: IdentifiedAircraft,
     pub(crate) altitude_m: f64,
@@ -108,6 +109,7 @@ impl Plane {
             steps: 0,
             mode: GUIDED,
             is_armed: true,
+            autopilot: MavAutopilot::MAV_AUTOPILOT_ARDUPILOTMEGA,
             system_status: MavState::MAV_STATE_ACTIVE,
             aircraft: IdentifiedAircraft::new(
                 Airframe::STOCK,
@@ -335,7 +337,7 @@ impl Plane {
             let heartbeat = HEARTBEAT_DATA {
                 custom_mode: self.mode,
                 mavtype: MavType::MAV_TYPE_FIXED_WING,
-                autopilot: MavAutopilot::MAV_AUTOPILOT_ARDUPILOTMEGA,
+                autopilot: self.autopilot,
                 base_mode: base_mode | MavModeFlag::MAV_MODE_FLAG_CUSTOM_MODE_ENABLED,
                 system_status: self.system_status,
                 mavlink_version: 3,

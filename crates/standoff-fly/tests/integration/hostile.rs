@@ -2,7 +2,7 @@
 
 use crate::common::flight::{Flight, config};
 use mavlink::MavHeader;
-use mavlink::dialects::ardupilotmega::{HEARTBEAT_DATA, MavMessage, MavModeFlag};
+use mavlink::dialects::ardupilotmega::{HEARTBEAT_DATA, MavAutopilot, MavMessage, MavModeFlag};
 use standoff_fly::authority::State;
 use standoff_fly::codec::{Codec, SigningKey, clock_stamp, encode_as};
 
@@ -17,7 +17,12 @@ fn signing(byte: u8, later: u64) -> (SigningKey, u64) {
 
 /// Heartbeat of a disarmed vehicle in MANUAL, which ends the commands if it counts.
 fn takeover(system_id: u32, component_id: u8, signing: Option<(SigningKey, u64)>) -> Vec<u8> {
-    let heartbeat = HEARTBEAT_DATA { base_mode: MavModeFlag::empty(), custom_mode: 0, ..HEARTBEAT_DATA::default() };
+    let heartbeat = HEARTBEAT_DATA {
+        autopilot: MavAutopilot::MAV_AUTOPILOT_ARDUPILOTMEGA,
+        base_mode: MavModeFlag::empty(),
+        custom_mode: 0,
+        ..HEARTBEAT_DATA::default()
+    };
     encode_as(
         MavHeader { system_id, component_id, sequence: 0 },
         &MavMessage::HEARTBEAT(heartbeat),
@@ -30,6 +35,19 @@ fn engaged(key: Option<&SigningKey>) -> Flight {
     flight.fly(20.0);
     assert_eq!(flight.companion.authority(), State::Engaged);
     flight
+}
+
+/// In PX4, the number of GUIDED is another mode.
+#[test]
+fn another_autopilot_is_not_commanded() {
+    let mut flight = Flight::new(config(), None);
+    flight.vehicle.autopilot = MavAutopilot::MAV_AUTOPILOT_PX4;
+    flight.fly(30.0);
+    assert_eq!(flight.companion.authority(), State::Waiting);
+    assert!(flight.companion.vehicle.heartbeat.is_none() && flight.companion.vehicle.is_other_autopilot());
+    flight.vehicle.autopilot = MavAutopilot::MAV_AUTOPILOT_ARDUPILOTMEGA;
+    flight.fly(2.0);
+    assert!(flight.companion.vehicle.heartbeat.is_some() && !flight.companion.vehicle.is_other_autopilot());
 }
 
 #[test]

@@ -31,7 +31,7 @@ pub(super) enum Earth {
 impl Earth {
     /// Finds where a scenario is. The error states why degrees cannot be placed.
     pub(super) fn of(typed: &Typed, traffic: Option<&Traffic>) -> Result<Self, String> {
-        if let Some(origin) = traffic.and_then(|traffic| traffic.origin) {
+        if let Some(origin) = typed.origin_on_earth(traffic) {
             return origin.plane().map(Self::Plane).map_err(|error| error.to_string());
         }
         let maps = basemap::files(typed);

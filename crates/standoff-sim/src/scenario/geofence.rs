@@ -44,8 +44,7 @@ pub(super) fn spell_out(typed: &mut Typed, traffic: Option<&Traffic>) -> Result<
     if !typed.file.geofence.iter().any(is_in_degrees) {
         return Ok(());
     }
-    let place =
-        Place { earth: Earth::of(typed, traffic), is_metric: traffic.is_none_or(|traffic| traffic.origin.is_none()) };
+    let place = Place { earth: Earth::of(typed, traffic), is_metric: typed.origin_on_earth(traffic).is_none() };
     let (mut others, mut notes, typed_count) = (Vec::new(), Vec::new(), typed.file.geofence.len());
     let Some(mut all) = value_at(&typed.table, "geofence").and_then(Value::as_array).cloned() else { return Ok(()) };
     for (index, as_typed) in all.iter_mut().enumerate().take(ZONES_MAX) {
@@ -76,7 +75,7 @@ pub(super) fn spell_out(typed: &mut Typed, traffic: Option<&Traffic>) -> Result<
 /// Where files of zones are placed.
 struct Place {
     earth: Result<Earth, String>,
-    /// True if the traffic is in metres.
+    /// True if coordinates without a unit are metres.
     is_metric: bool,
 }
 

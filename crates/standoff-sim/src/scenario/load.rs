@@ -7,8 +7,8 @@ use std::sync::Arc;
 
 use serde::Deserialize;
 use standoff::Law;
-use standoff_io::bounded_input;
 use standoff_io::display_text::{did_you_mean, escaped, printable, quoted, shell_path};
+use standoff_io::{bounded_input, geodesy};
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 use toml::{Spanned, Table, Value};
 
@@ -24,13 +24,13 @@ use super::schema::root;
 use super::schema_types::{Dynamics, ScenarioFile};
 use super::text::{LENGTH_MAX, SPELT_OUT, check_size, text};
 use crate::random::Draws;
-use crate::traffic::STANDARD_INPUT;
+use crate::traffic::{STANDARD_INPUT, Traffic};
 
 /// Maximum number of traffic files that the description of a scenario names.
 const NAMED: usize = 3;
 
 /// Changes that the command line makes to a scenario.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Overrides {
     /// `KEY=VALUE`, dotted keys, values as in TOML; a value that is not TOML is a word.
     pub set: Vec<String>,
@@ -40,6 +40,8 @@ pub struct Overrides {
     pub uavs: Option<u32>,
     /// Maps that replace those of the scenario. The first SUMO net with a projection places degrees.
     pub maps: Vec<PathBuf>,
+    /// Where the origin of the plane is. If absent: where the traffic or the maps are.
+    pub origin: Option<geodesy::Origin>,
 }
 
 /// Returns the stem of the name of a traffic file: `city` for `some/where/city.fcd.xml.gz`.
@@ -99,6 +101,11 @@ struct Edited {
 }
 
 impl Typed {
+    /// Where the origin of the plane is, if the user or the traffic states it.
+    pub(super) fn origin_on_earth(&self, traffic: Option<&Traffic>) -> Option<geodesy::Origin> {
+        self.overrides.origin.or_else(|| traffic?.origin)
+    }
+
     /// Reads the scenario called `name_or_file`, and applies the overrides.
     pub(super) fn load(name_or_file: &str, overrides: &Overrides) -> Result<Self, ScenarioError> {
         let mut name = name_of(name_or_file);

@@ -160,6 +160,29 @@ mod tests {
         assert!(error.contains("priorities.0.lat_deg: "), "{error}");
     }
 
+    /// `standoff fly` states where the plane is: the traffic is not flown, and may be elsewhere.
+    #[test]
+    fn a_stated_origin_places_degrees_whatever_the_traffic_is() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("cars.csv"), "t,id,lat,lon\n0,a,47.05,8\n9,a,47.05,8\n").unwrap();
+        let area = "[[priorities]]\npriority = 5\nlat_deg = 47.01\nlon_deg = 8\nradius_m = 10\n";
+        let zone = "[[geofence]]\nlat_deg = 47.02\nlon_deg = 8\nradius_m = 10\n";
+        let origin = Some(standoff_io::geodesy::Origin { latitude_deg: 47.0, longitude_deg: 8.0 });
+        let overrides = Overrides { origin, ..Overrides::default() };
+        for targets in ["[traffic]\nfile = \"cars.csv\"\n", "[[targets.start]]\n"] {
+            let toml = format!("{targets}{area}{zone}");
+            let template = ScenarioTemplate::of_toml("mine", &toml, &overrides, folder.path()).unwrap();
+            // As `standoff fly` does for the length of the record.
+            let changed = template.changed(&["duration_s=9".to_owned()]).unwrap();
+            for scenario in [template.draw(1).unwrap(), changed.draw(1).unwrap()] {
+                let at = |north_m| scenario.settings.priorities.at(9, Position::from_m(0.0, north_m));
+                assert_eq!([at(1111.8), at(1130.0)], [5.0, 1.0], "a degree of latitude is 111.18 km here");
+                let zone = scenario.settings.geofence.zones().next().unwrap();
+                assert!(zone.vertices.iter().all(|corner| (corner.y_m() - 2223.6).abs() < 11.0), "{zone:?}");
+            }
+        }
+    }
+
     #[test]
     fn wrong_priorities_are_refused_at_their_key() {
         for (table, expected) in [
