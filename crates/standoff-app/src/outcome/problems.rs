@@ -58,7 +58,8 @@ fn subject(alarm: &Alarm, names: &[String]) -> String {
 /// Returns the setting that limits what the UAVs can do about a problem.
 fn limit(kind: &str, cause: Option<&str>) -> Option<&'static str> {
     match (kind, cause?) {
-        ("removed" | "orbit-infeasible", "radius-exceeded") => Some("orbit.radius_max_m"),
+        ("removed", "radius-exceeded") => Some("orbit.radius_max_m"),
+        ("orbit-infeasible", "radius-exceeded") => Some("orbit.radius_max_m or sensor.sensing_range_m"),
         ("removed" | "orbit-infeasible", "too-fast") => Some("uavs.speed_change_max_m_s"),
         ("orbit-blocked" | "orbit-partly-blocked", _) => Some("geofence"),
         _ => None,
