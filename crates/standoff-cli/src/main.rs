@@ -191,7 +191,8 @@ fn run_command() -> Result<(), Failure> {
             let message = misused.render().to_string();
             // No option is meant as a value.
             let lines: Vec<&str> = message.lines().filter(|line| !line.starts_with("  tip: to pass ")).collect();
-            let message = lines.join("\n").trim_start_matches("error: ").trim_end().to_owned();
+            let message = lines.join("\n").replace("\n\n\n", "\n\n");
+            let message = message.trim_start_matches("error: ").trim_end().to_owned();
             let message = without_value().or_else(|| usage::advice(&misused)).unwrap_or(message);
             let place =
                 file.map_or_else(String::new, |file| format!("with the options of {}: ", display_text::path(&file)));
