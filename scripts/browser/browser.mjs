@@ -105,6 +105,18 @@ export async function painted(page) {
   await page.evaluate(() => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(() => resolve()))));
 }
 
+/** Waits until the map no longer moves: it follows the objects over several frames. */
+export async function settled(page) {
+  let before = "";
+  for (let look = 0; look < 100; look++) {
+    await painted(page);
+    const now = JSON.stringify(await camera(page));
+    if (now === before) return;
+    before = now;
+  }
+  throw new Error("the map moves all the time");
+}
+
 /** The time shown by the clock, s. */
 export async function clock(page) {
   return page.locator("#clock").evaluate((clock) => Number(clock.dateTime.slice(2, -1)));

@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 
-import { camera, goTo, mapImage, painted, selectedCard } from "./browser.mjs";
+import { camera, goTo, mapImage, painted, selectedCard, settled } from "./browser.mjs";
 import { inReport } from "./in_report.mjs";
 import { recordOf } from "./record.mjs";
 
@@ -129,7 +129,7 @@ inReport("tentative tracks have a card with their probability of existence, and 
   await page.getByLabel("Follow").selectOption("run");
   for (let press = 0; press < 3; press++) await page.keyboard.press("-");
   // A card appears when the pointer moves over what is drawn.
-  await painted(page);
+  await settled(page);
   const { px_per_m } = await camera(page);
   const all = lonely(record.tentative[record.times_s.indexOf(TIME_S)], 26 / px_per_m);
   assert.ok(all.length >= 4, `${all.length} tentative tracks`);

@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 
-import { camera, selectedCard, goTo, recordTexts, painted, texts } from "./browser.mjs";
+import { camera, selectedCard, goTo, recordTexts, painted, settled, texts } from "./browser.mjs";
 import { inReport } from "./in_report.mjs";
 import { agrees, recordOf } from "./record.mjs";
 
@@ -45,7 +45,7 @@ inReport("a UAV that avoids another UAV has a dashed line to it and an entry in 
   }
   const [one, other] = avoidingAt(time_s).map((one) => pair(time_s, one)).sort((a, b) => distance_m(b) - distance_m(a))[0];
   const positions = [one, other].map(({ x_m, y_m }) => [x_m, y_m]);
-  await painted(page);
+  await settled(page);
   const drawn = await alarmFraction(page, ...positions);
   assert.ok(drawn > 0.4 && drawn < 0.95, `a dashed line: ${drawn} of it is drawn`);
   await page.locator("#layer-menu").click();
@@ -90,7 +90,7 @@ inReport("a UAV that avoids an intruder has a dashed line to it and an entry in 
   await goTo(page, time_s);
   const text = await avoiding(page, id);
   assert.ok(text.includes(`intruder ${uav.avoided_intruder} (${uav.predicted_distance_m.toFixed(0)} m)`), text);
-  await painted(page);
+  await settled(page);
   const drawn = await alarmFraction(page, ...at);
   assert.ok(drawn > 0.4 && drawn < 0.95, `a dashed line: ${drawn} of it is drawn`);
 });
