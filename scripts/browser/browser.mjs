@@ -109,7 +109,6 @@ export async function painted(page) {
 export async function settled(page) {
   let before = "";
   for (let look = 0; look < 100; look++) {
-    await painted(page);
     const now = JSON.stringify(await camera(page));
     if (now === before) return;
     before = now;

@@ -127,8 +127,9 @@ inReport("tentative tracks have a card with their probability of existence, and 
   await goTo(page, TIME_S);
   await showOnly(page, ["tentative"]);
   await page.getByLabel("Follow").selectOption("run");
+  // A key zooms what is seen when it is pressed.
+  await settled(page);
   for (let press = 0; press < 3; press++) await page.keyboard.press("-");
-  // A card appears when the pointer moves over what is drawn.
   await settled(page);
   const { px_per_m } = await camera(page);
   const all = lonely(record.tentative[record.times_s.indexOf(TIME_S)], 26 / px_per_m);
