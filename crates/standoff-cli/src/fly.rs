@@ -13,7 +13,7 @@ use standoff_fly::config::{Config, Steer};
 use standoff_fly::flight_record::{FlightRecordError, FlightRecorder};
 use standoff_fly::run::{Devices, RunError, run as run_until};
 use standoff_io::atomic_file::{self, PARTIAL, sibling};
-use standoff_io::geodesy::{LocalPlane, Origin};
+use standoff_io::geodesy::Origin;
 use standoff_io::{bounded_input, display_text};
 use standoff_record::{Frame, Manifest, Occupancy, Writer, conflicting_files, occupancy};
 use standoff_sim::scenario::{Overrides, Scenario, ScenarioError, ScenarioTemplate};
@@ -129,6 +129,13 @@ pub(crate) struct Args {
     set: Vec<String>,
 }
 
+impl Args {
+    fn origin(&self) -> Origin {
+        let [latitude_deg, longitude_deg] = self.origin;
+        Origin { latitude_deg, longitude_deg }
+    }
+}
+
 /// Altitudes above home that are commanded at least, m.
 const ALTITUDES_M: [f64; 2] = [60.0, 300.0];
 
@@ -136,9 +143,7 @@ const ALTITUDES_M: [f64; 2] = [60.0, 300.0];
 const LENGTH_MAX_S: u32 = 86_400;
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
-    let [latitude_deg, longitude_deg] = args.origin;
-    let origin = Some(Origin { latitude_deg, longitude_deg });
-    let overrides = Overrides { set: args.set.clone(), origin, ..Overrides::default() };
+    let overrides = Overrides { set: args.set.clone(), origin: Some(args.origin()), ..Overrides::default() };
     let template = ScenarioTemplate::load(&args.scenario, &overrides).map_err(Failure::Scenario)?;
     let length_s = args.seconds.unwrap_or(LENGTH_MAX_S);
     let scenario = of_length(&template, length_s.into()).map_err(Failure::Scenario)?;
@@ -173,9 +178,7 @@ fn config(args: &Args, scenario: &Scenario) -> Result<Config, Failure> {
     let mut params = scenario.settings.team;
     // Real radios lose messages.
     params.link = LinkModel::Lossy;
-    let [latitude_deg, longitude_deg] = args.origin;
-    let plane =
-        LocalPlane::about(latitude_deg, longitude_deg).map_err(|error| Failure::Input(format!("--origin: {error}")))?;
+    let plane = args.origin().plane().map_err(|error| Failure::Input(format!("--origin: {error}")))?;
     if let Some((id, _)) = args.teammate.iter().find(|(id, _)| *id == args.uav) {
         return Err(Failure::Input(format!("--teammate {id}=...: is the id of this UAV; give each UAV another --uav")));
     }
@@ -281,10 +284,9 @@ fn begin_record(
     if out.is_none() && !args.view {
         return Ok(None);
     }
-    let [latitude_deg, longitude_deg] = args.origin;
     let period = scenario.settings.period;
     let manifest = Manifest {
-        origin: Some(Origin { latitude_deg, longitude_deg }),
+        origin: Some(args.origin()),
         // The recorder replaces it by the time of the first frame.
         begin_unix_us: Some(0),
         ..Manifest::new(&scenario.name, scenario.seed, scenario.settings.duration.s(), period.s())
