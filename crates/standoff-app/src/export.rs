@@ -15,6 +15,7 @@ use standoff_record::Record;
 use crate::error::{Failure, of_record};
 use crate::report::settings_of;
 pub use model::Export;
+pub(crate) use model::utc;
 use reader::Reader;
 
 /// Format of an exported file.

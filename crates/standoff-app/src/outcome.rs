@@ -1,6 +1,7 @@
 //! The outcome of a run, as text for a terminal or as JSON.
 
 mod events;
+mod problem_files;
 mod problems;
 mod targets_and_limits;
 
@@ -16,7 +17,8 @@ use standoff_view::replay::Line;
 use crate::metric_table::{MetricRow, distinct, metric_table};
 pub(crate) use events::Events;
 use events::named;
-pub(crate) use problems::{Problem, alarms_csv, gaps_csv};
+pub(crate) use problem_files::ProblemFiles;
+pub(crate) use problems::Problem;
 
 /// Minimum fraction of ungrouped target time that is explained.
 const UNGROUPED_NOTABLE: f64 = 0.1;

@@ -15,7 +15,7 @@ use standoff_view::replay::{Encoder, Head};
 
 use crate::error::{Failure, of_record};
 use crate::maps::Maps;
-use crate::outcome::{Events, Outcome, PerTarget, Problem, alarms_csv, gaps_csv, lines};
+use crate::outcome::{Events, Outcome, PerTarget, Problem, ProblemFiles, lines};
 use crate::warnings::Warnings;
 
 /// Maximum number of target rows in a report. For longer runs the report contains only every n-th time step, so that
@@ -79,9 +79,9 @@ pub fn report_run(dir: &Path, place: &Path, choice: MetricSelection, warn: Warni
     let write = || {
         figures.iter().try_for_each(|figure| files.save(&format!("{}.svg", figure.name), &figure.svg))?;
         files.save("summary.json", &outcome.json().map_err(Failure::running)?)?;
-        let (names, period_s) = (record.target_names(), manifest.period_s);
-        files.save("alarms.csv", &alarms_csv(encoder.alarms(), names).map_err(Failure::running)?)?;
-        files.save("gaps.csv", &gaps_csv(&encoder.gaps(), names, period_s).map_err(Failure::running)?)?;
+        let problem_files = ProblemFiles::of(manifest, record.target_names())?;
+        files.save("alarms.csv", &problem_files.alarms(encoder.alarms())?)?;
+        files.save("gaps.csv", &problem_files.gaps(&encoder.gaps())?)?;
         files.save("report.html", &page::report(&head, &parts).map_err(Failure::running)?)
     };
     let written = write();

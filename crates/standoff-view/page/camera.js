@@ -82,43 +82,32 @@ class Camera {
 const EQUATOR_M = 6378137;
 const ECCENTRICITY2 = (2 - 1 / 298.257223563) / 298.257223563;
 
-/** Radius of curvature of the ellipsoid in the prime vertical at a latitude in rad, m. */
-function curvatureRadius_m(lat) {
-  return EQUATOR_M / Math.sqrt(1 - ECCENTRICITY2 * Math.sin(lat) ** 2);
+/** Point of the ellipsoid at a latitude and longitude, Earth-centred coordinates in m, and its unit vectors to the east, north and up. */
+function onEllipsoid(lat_deg, lon_deg) {
+  const [lat, lon] = [lat_deg, lon_deg].map((angle_deg) => (angle_deg * Math.PI) / 180);
+  const up = [Math.cos(lat) * Math.cos(lon), Math.cos(lat) * Math.sin(lon), Math.sin(lat)];
+  const normal_m = EQUATOR_M / Math.sqrt(1 - ECCENTRICITY2 * up[2] ** 2);
+  const at = [normal_m * up[0], normal_m * up[1], normal_m * (1 - ECCENTRICITY2) * up[2]];
+  return { at, east: [-Math.sin(lon), Math.cos(lon), 0], north: [-Math.sin(lat) * Math.cos(lon), -Math.sin(lat) * Math.sin(lon), Math.cos(lat)], up };
 }
 
-/** Latitude and longitude, degrees, of a position in the plane that touches the WGS84 ellipsoid at the origin. */
+/** Latitude and longitude, degrees, of the point of the ellipsoid below a position in the plane that touches it at the origin. */
 function geographic(origin, east_m, north_m) {
-  const e2 = ECCENTRICITY2;
-  const lat0 = (origin.latitude_deg * Math.PI) / 180;
-  const lon0 = (origin.longitude_deg * Math.PI) / 180;
-  const n0 = curvatureRadius_m(lat0);
-  const out_m = n0 * Math.cos(lat0) - Math.sin(lat0) * north_m;
-  const x = out_m * Math.cos(lon0) - Math.sin(lon0) * east_m;
-  const y = out_m * Math.sin(lon0) + Math.cos(lon0) * east_m;
-  const z = n0 * (1 - e2) * Math.sin(lat0) + Math.cos(lat0) * north_m;
-  const p = Math.hypot(x, y);
-  // Fixed-point iteration of the latitude: near the surface each round gains more than two digits.
-  let lat = Math.atan2(z, p * (1 - e2));
-  for (let round = 0; round < 6; round++) {
-    lat = Math.atan2(z + e2 * curvatureRadius_m(lat) * Math.sin(lat), p);
-  }
-  return [(lat * 180) / Math.PI, (Math.atan2(y, x) * 180) / Math.PI];
+  const { at, east, north, up } = onEllipsoid(origin.latitude_deg, origin.longitude_deg);
+  const inPlane = at.map((value, k) => value + east_m * east[k] + north_m * north[k]);
+  // On the ellipsoid, the product of a point with itself is 1; the upper of both solutions for the height.
+  const product = (a, b) => (a[0] * b[0] + a[1] * b[1] + (a[2] * b[2]) / (1 - ECCENTRICITY2)) / EQUATOR_M ** 2;
+  const [halfSlope, curvature] = [product(inPlane, up), product(up, up)];
+  const height_m = (Math.sqrt(halfSlope ** 2 - curvature * (product(inPlane, inPlane) - 1)) - halfSlope) / curvature;
+  const [x, y, z] = inPlane.map((value, k) => value + height_m * up[k]);
+  return [Math.atan2(z, (1 - ECCENTRICITY2) * Math.hypot(x, y)), Math.atan2(y, x)].map((angle) => (angle * 180) / Math.PI);
 }
 
 /** Metres east and north of a latitude and longitude at the height of the ellipsoid, in the plane at `origin`. */
 function local(origin, lat_deg, lon_deg) {
-  const radians = (angle_deg) => (angle_deg * Math.PI) / 180;
-  const at = (lat, lon) => {
-    const n = curvatureRadius_m(lat);
-    return [n * Math.cos(lat) * Math.cos(lon), n * Math.cos(lat) * Math.sin(lon), n * (1 - ECCENTRICITY2) * Math.sin(lat)];
-  };
-  const [lat0, lon0] = [radians(origin.latitude_deg), radians(origin.longitude_deg)];
-  const from = at(lat0, lon0);
-  const [x, y, z] = at(radians(lat_deg), radians(lon_deg)).map((value, k) => value - from[k]);
-  const east_m = -Math.sin(lon0) * x + Math.cos(lon0) * y;
-  const north_m = -Math.sin(lat0) * (Math.cos(lon0) * x + Math.sin(lon0) * y) + Math.cos(lat0) * z;
-  return [east_m, north_m];
+  const { at, east, north } = onEllipsoid(origin.latitude_deg, origin.longitude_deg);
+  const from = onEllipsoid(lat_deg, lon_deg).at.map((value, k) => value - at[k]);
+  return [east, north].map((axis) => axis[0] * from[0] + axis[1] * from[1] + axis[2] * from[2]);
 }
 
 /** Formats a latitude or longitude. */

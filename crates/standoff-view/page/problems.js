@@ -128,25 +128,38 @@ class Problems {
   }
 
   saveAlarms() {
-    const { head } = this;
     const row = (alarm) => [alarm.kind, alarm.cause ?? "", alarm.target === undefined ? "" : this.name(alarm.target), alarm.group ?? "", alarm.uav ?? "",
-      alarm.begin_us / 1e6, alarm.end_us / 1e6, lasts_s(alarm), alarm.reason];
-    saveRows(`${fileName(head.scenario)}-alarms.csv`, [["kind", "cause", "target", "group", "uav", "begin_s", "end_s", "duration_s", "reason"], ...head.alarms.map(row)]);
+      alarm.begin_us / 1e6, alarm.end_us / 1e6, lasts_s(alarm), alarm.reason, ...this.utc(alarm)];
+    const columns = ["kind", "cause", "target", "group", "uav", "begin_s", "end_s", "duration_s", "reason", ...this.utcColumns()];
+    this.saveRows("alarms", columns, row);
   }
 
   saveGaps() {
-    const { head } = this;
-    const row = (gap) => [this.name(gap.target), gap.begin_us / 1e6, gap.end_us / 1e6, gap.steps * head.period_s, gap.x_m, gap.y_m, GAP_CAUSES[gap.cause]];
-    saveRows(`${fileName(head.scenario)}-gaps.csv`, [["target", "begin_s", "end_s", "duration_s", "x_m", "y_m", "cause"], ...head.gaps.map(row)]);
+    const { period_s, origin } = this.head;
+    const row = (gap) => [this.name(gap.target), gap.begin_us / 1e6, gap.end_us / 1e6, gap.steps * period_s, gap.x_m, gap.y_m, GAP_CAUSES[gap.cause],
+      ...this.utc(gap), ...(origin ? geographic(origin, gap.x_m, gap.y_m) : [])];
+    const place = origin ? ["latitude_deg", "longitude_deg"] : [];
+    this.saveRows("gaps", ["target", "begin_s", "end_s", "duration_s", "x_m", "y_m", "cause", ...this.utcColumns(), ...place], row);
+  }
+
+  utcColumns() {
+    return this.head.begin_unix_us === undefined ? [] : ["begin_utc", "end_utc"];
+  }
+
+  /** Begin and end of a problem in UTC, if the start of the mission is known. */
+  utc({ begin_us, end_us }) {
+    const { begin_unix_us } = this.head;
+    return begin_unix_us === undefined ? [] : [begin_us, end_us].map((time_us) => new Date((begin_unix_us + time_us) / 1000).toISOString());
+  }
+
+  /** Saves the alarms or gaps as a CSV file with the columns of those of a record. */
+  saveRows(kind, columns, row) {
+    const lines = [columns, ...this.head[kind].map(row)].map((values) => values.map(csvText).join(","));
+    save(`${fileName(`${runName(this.head)}-${kind}`)}.csv`, `${lines.join("\n")}\n`, "text/csv");
   }
 }
 
 /** Duration of an alarm, s. */
 function lasts_s({ begin_us, end_us }) {
   return (end_us - begin_us) / 1e6;
-}
-
-/** Saves rows of values as a CSV file. */
-function saveRows(name, rows) {
-  save(name, `${rows.map((row) => row.map(csvText).join(",")).join("\n")}\n`, "text/csv");
 }

@@ -315,7 +315,7 @@ const TARGET_STATES = [
   ["untracked", "untracked", isUntracked, "Existing targets without a track: lost, or not found yet"],
   ["ungrouped", "ungrouped", (target) => target.membership === "ungrouped", "Tracks in no group: new, or no UAV can cover them"],
   ["removed", "removed", (target) => target.membership === "removed", "Tracks removed from their group, because no feasible orbit could include them"],
-  ["in-handoff", "in handoff", (target) => target.membership === "in-handoff", "Tracks in handoff from one group to another"],
+  ["in-handoff", "in handoff", (target) => target.membership === "in-handoff", "Tracks in handoff from one group to another, or joining their first group"],
   ["coasting", "coasting", (target) => target.status === "coasting", "Tracks that are predicted and not measured in this time step"],
 ];
 

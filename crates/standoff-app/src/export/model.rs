@@ -59,7 +59,11 @@ pub(crate) struct Gap {
 impl Export {
     /// Wall-clock time of a time of the mission, ISO 8601.
     pub(crate) fn utc(&self, time_s: f64) -> String {
-        let time = self.begin + TimeDelta::microseconds((time_s * 1e6).round() as i64);
-        time.to_rfc3339_opts(SecondsFormat::Millis, true)
+        utc(self.begin, (time_s * 1e6).round() as i64)
     }
+}
+
+/// Wall-clock time of a time of a mission, ISO 8601.
+pub(crate) fn utc(begin: DateTime<Utc>, time_us: i64) -> String {
+    (begin + TimeDelta::microseconds(time_us)).to_rfc3339_opts(SecondsFormat::Millis, true)
 }

@@ -1,9 +1,9 @@
-//! Problems of a run: alarms grouped by kind and cause, and the CSV files of all alarms and gaps.
+//! Problems of a run: alarms grouped by kind and cause.
 
 use serde::Serialize;
 use standoff_io::display_text::{count, printable, wrapped};
 use standoff_record::target_name;
-use standoff_score::{Alarm, Gap};
+use standoff_score::Alarm;
 
 use super::events::named;
 
@@ -85,42 +85,6 @@ impl Problem {
     }
 }
 
-/// Formats all alarms as CSV.
-pub(crate) fn alarms_csv(alarms: &[Alarm], names: &[String]) -> Result<String, csv::Error> {
-    let heads = ["kind", "cause", "target", "group", "uav", "begin_s", "end_s", "duration_s", "reason"];
-    let optional = |id: Option<u32>| id.map_or_else(String::new, |id| id.to_string());
-    let rows = alarms.iter().map(|alarm| {
-        let target = alarm.target.map_or_else(String::new, |target| target_name(target, names));
-        let [begin_s, end_s] = [alarm.begin_us, alarm.end_us].map(|time_us| (time_us as f64 / 1e6).to_string());
-        let cause = alarm.cause.clone().unwrap_or_default();
-        let (group, uav) = (optional(alarm.group), optional(alarm.uav));
-        let (kind, duration_s) = (alarm.kind.to_owned(), alarm.duration_s().to_string());
-        [kind, cause, target, group, uav, begin_s, end_s, duration_s, alarm.reason.clone()]
-    });
-    csv_of(heads, rows)
-}
-
-/// Formats all gaps as CSV; `period_s` is the length of a time step.
-pub(crate) fn gaps_csv(gaps: &[Gap], names: &[String], period_s: f64) -> Result<String, csv::Error> {
-    let heads = ["target", "begin_s", "end_s", "duration_s", "x_m", "y_m", "cause"];
-    let rows = gaps.iter().map(|gap| {
-        let seconds = |time_us: i64| (time_us as f64 / 1e6).to_string();
-        let duration_s = (f64::from(gap.steps) * period_s).to_string();
-        let [x_m, y_m] = [gap.x_m, gap.y_m].map(|at_m| at_m.to_string());
-        let (target, cause) = (target_name(gap.target, names), gap.cause.text().to_owned());
-        [target, seconds(gap.begin_us), seconds(gap.end_us), duration_s, x_m, y_m, cause]
-    });
-    csv_of(heads, rows)
-}
-
-fn csv_of<const N: usize>(heads: [&str; N], rows: impl Iterator<Item = [String; N]>) -> Result<String, csv::Error> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    writer.write_record(heads)?;
-    rows.into_iter().try_for_each(|row| writer.write_record(row))?;
-    let bytes = writer.into_inner().map_err(|error| error.into_error())?;
-    Ok(String::from_utf8_lossy(&bytes).into_owned())
-}
-
 #[cfg(test)]
 mod tests {
     use standoff_io::display_text::WIDTH;
@@ -154,11 +118,5 @@ mod tests {
             text.contains("so (orbit.radius_max_m)\n  lost                  5.0 s from 0.0 s on: a, group 3"),
             "{text}"
         );
-    }
-
-    #[test]
-    fn names_with_commas_and_quotes_are_quoted_in_csv() {
-        let csv = alarms_csv(&[alarm("lost", 0, 0, 5)], &["a, \"b\"".to_owned()]).unwrap();
-        assert!(csv.ends_with("\nlost,radius-exceeded,\"a, \"\"b\"\"\",3,,0,5,5,so\n"), "{csv}");
     }
 }

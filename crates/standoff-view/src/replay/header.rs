@@ -40,6 +40,9 @@ pub struct Head {
     pub period_s: f64,
     /// Point at which the local plane touches the Earth.
     pub origin: Option<Origin>,
+    /// Start of the mission in UTC, microseconds since 1970.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub begin_unix_us: Option<i64>,
     /// Limits of the UAVs.
     pub limits: Setup,
     /// Basemap, encoded by `standoff-map`. In the JSON it is a flag; if it is set, the page requests the map.
@@ -192,6 +195,7 @@ impl Head {
             duration_s: manifest.duration_s,
             period_s: manifest.period_s,
             origin: manifest.origin,
+            begin_unix_us: manifest.begin_unix_us,
             buildings: limits.rules.buildings.all().iter().map(Prism::of).collect(),
             zones: limits.rules.geofence.zones().map(Outline::of).chain(areas).collect(),
             priorities: limits.rules.priorities.of_target.clone(),
