@@ -71,9 +71,13 @@ fn range(from: &str, to: &str, count: Option<&str>) -> Result<AxisValues, String
     let Some(count) = count else { return Ok(AxisValues::Range { from, to }) };
     let steps: Option<u32> = count.trim().parse().ok().filter(|count| (2..=1000).contains(count));
     let last = steps.ok_or_else(|| format!("COUNT is {}: must be a whole number from 2 to 1000", quoted(count)))? - 1;
-    // This order of operations gives 0.3, not 0.30000000000000004.
     let value = |step: u32| (from * f64::from(last - step) + to * f64::from(step)) / f64::from(last);
-    Ok(AxisValues::Listed((0..=last).map(|step| value(step).to_string()).collect()))
+    Ok(AxisValues::Listed((0..=last).map(|step| without_rounding_error(value(step)).to_string()).collect()))
+}
+
+/// Rounds to 15 digits: 0.6, not 0.6000000000000001.
+fn without_rounding_error(value: f64) -> f64 {
+    format!("{value:.14e}").parse().unwrap_or(value)
 }
 
 /// Splits at the commas that are outside of quotes and brackets.
@@ -123,6 +127,7 @@ mod tests {
     fn lists_and_evenly_spaced_values_are_read() {
         assert_eq!(listed("uavs.count=2, 4,8"), ["2", "4", "8"]);
         assert_eq!(listed("guidance.lead_s=0..1:11")[3], "0.3");
+        assert_eq!(listed("a=0.2..1:5"), ["0.2", "0.4", "0.6", "0.8", "1"]);
         assert_eq!(listed("a=0..3:4"), ["0", "1", "2", "3"]);
         assert_eq!(listed("a=paper"), ["paper"]);
         assert_eq!(listed("a=[1,2],{ x = 1, y = 2 },\"b,c\""), ["[1,2]", "{ x = 1, y = 2 }", "\"b,c\""]);
