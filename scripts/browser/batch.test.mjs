@@ -8,7 +8,7 @@ import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { pathToFileURL } from "node:url";
 
-import { emptyPage, closeBrowser } from "./browser.mjs";
+import { downloaded, emptyPage, closeBrowser } from "./browser.mjs";
 
 const STANDOFF = process.env.STANDOFF;
 const HOSTILE = "<img src=x onerror=alert(1)>$(id)";
@@ -62,8 +62,8 @@ async function choose(page, metric) {
 
 /** Clicks a button and returns the file that it downloads. */
 async function saved(page, button) {
-  const [download] = await Promise.all([page.waitForEvent("download"), page.click(button)]);
-  return { name: download.suggestedFilename(), text: readFileSync(await download.path(), "utf8") };
+  const download = await downloaded(page, () => page.click(button));
+  return { name: download.name, text: readFileSync(download.path, "utf8") };
 }
 
 /** The values of all runs, from the CSV file of the page. */

@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 
-import { PHONE, clock, goTo, painted } from "./browser.mjs";
+import { PHONE, clock, downloaded, goTo, painted } from "./browser.mjs";
 import { inReport } from "./in_report.mjs";
 import { recordOf, same } from "./record.mjs";
 
@@ -356,9 +356,9 @@ inReport("the saved CSV file equals the record at every time step", { flight: "l
   const record = recordOf("long");
   await goTo(page, 50);
   await page.getByRole("toolbar", { name: "Curves" }).getByRole("button", { name: "UAV 0" }).click();
-  const [download] = await Promise.all([page.waitForEvent("download"), page.getByRole("button", { name: "Save CSV" }).click()]);
-  assert.equal(download.suggestedFilename(), "paper-table-2-pair-1.csv");
-  const [heads, ...rows] = readFileSync(await download.path(), "utf8").trimEnd().split("\n").map((line) => line.split(","));
+  const download = await downloaded(page, () => page.getByRole("button", { name: "Save CSV" }).click());
+  assert.equal(download.name, "paper-table-2-pair-1.csv");
+  const [heads, ...rows] = readFileSync(download.path, "utf8").trimEnd().split("\n").map((line) => line.split(","));
   const column = (name) => rows.map((row) => (row[heads.indexOf(name)] === "" ? null : Number(row[heads.indexOf(name)])));
   assert.deepEqual(column("time_s"), record.times_s);
   const expected = curvesOf(record);
@@ -386,8 +386,8 @@ inReport("a quantity of the record can be added as a chart, is part of the link 
     same(y, record.tables[of][id][column].slice(from, from + x.length), `${of} ${id}`);
   }
   assert.equal(await page.getByRole("heading", { level: 2, name: "Groups: spread (m)" }).count(), 1);
-  const [csv] = await Promise.all([page.waitForEvent("download"), page.getByRole("button", { name: "Save CSV" }).click()]);
-  const [heads] = readFileSync(await csv.path(), "utf8").split("\n");
+  const csv = await downloaded(page, () => page.getByRole("button", { name: "Save CSV" }).click());
+  const [heads] = readFileSync(csv.path, "utf8").split("\n");
   assert.ok(heads.split(",").includes("group_0_spread_m"), heads);
   await page.getByRole("button", { name: "Copy link" }).click();
   await page.waitForFunction(() => location.hash.includes("charts="));
@@ -403,9 +403,9 @@ inReport("a quantity of the record can be added as a chart, is part of the link 
 });
 
 inReport("the charts can be saved as SVG with their legend", {}, async (page) => {
-  const [download] = await Promise.all([page.waitForEvent("download"), page.getByRole("button", { name: "Save SVG" }).click()]);
-  assert.equal(download.suggestedFilename(), "paper-figure-9-1.svg");
-  const text = readFileSync(await download.path(), "utf8");
+  const download = await downloaded(page, () => page.getByRole("button", { name: "Save SVG" }).click());
+  assert.equal(download.name, "paper-figure-9-1.svg");
+  const text = readFileSync(download.path, "utf8");
   const { error, texts, links } = await page.evaluate((text) => {
     const file = new DOMParser().parseFromString(text, "image/svg+xml");
     const all = [...file.documentElement.querySelectorAll("*")];
@@ -428,9 +428,9 @@ inReport("the charts can be saved as SVG with their legend", {}, async (page) =>
 
 inReport("the charts can be saved as a PNG with a legend", {}, async (page) => {
   const saved = async () => {
-    const [download] = await Promise.all([page.waitForEvent("download"), page.getByRole("button", { name: "Save PNG" }).click()]);
-    assert.equal(download.suggestedFilename(), "paper-figure-9-1.png");
-    const bytes = readFileSync(await download.path());
+    const download = await downloaded(page, () => page.getByRole("button", { name: "Save PNG" }).click());
+    assert.equal(download.name, "paper-figure-9-1.png");
+    const bytes = readFileSync(download.path);
     assert.equal(bytes.subarray(0, 8).toString("latin1"), "\x89PNG\r\n\x1a\n");
     return { wide: bytes.readUInt32BE(16), high: bytes.readUInt32BE(20), bytes };
   };

@@ -9,12 +9,7 @@ import { inReport } from "./in_report.mjs";
 
 /** The rows of a CSV file whose values contain no line breaks. */
 function rowsOf(text) {
-  const value = /("(?:[^"]|"")*"|[^,]*)(?:,|$)/y;
-  const cells = (line) => {
-    const found = [];
-    for (value.lastIndex = 0; value.lastIndex < line.length || line[value.lastIndex - 1] === ","; ) found.push(value.exec(line)[1]);
-    return found.map((cell) => (cell.startsWith('"') ? cell.slice(1, -1).replaceAll('""', '"') : cell));
-  };
+  const cells = (line) => [...line.matchAll(/(?:^|,)(?:"((?:[^"]|"")*)"|([^,"]*))/g)].map(([, quoted, plain]) => quoted?.replaceAll('""', '"') ?? plain);
   const [heads, ...rows] = text.trimEnd().split("\n").map(cells);
   return rows.map((row) => Object.fromEntries(heads.map((head, k) => [head, row[k]])));
 }
@@ -23,9 +18,7 @@ function recorded(flight, kind) {
   return readFileSync(join(folder(flight), `${kind}.csv`), "utf8");
 }
 
-const FLIGHTS = ["figure-9", "out-of-view", "outage", "crowd-120", "dated"];
-
-for (const flight of FLIGHTS) {
+for (const flight of ["figure-9", "out-of-view", "outage", "crowd-120", "dated"]) {
   inReport(`saved files of alarms and gaps are those of the record: ${flight}`, { flight }, async (page) => {
     await page.getByRole("tab", { name: "Problems" }).click();
     for (const [kind, button] of [["alarms", "Save alarms (CSV)"], ["gaps", "Save times out of view (CSV)"]]) {
@@ -76,8 +69,8 @@ inReport("each target has its times out of view as bars, and a bar goes to its b
   const [gap] = gaps.toSorted((a, b) => b.duration_s - a.duration_s);
   const bars = page.locator("#gap-timeline .gap");
   assert.equal(await bars.count(), gaps.length);
-  const end = new RegExp(`^${Number(gap.begin_s).toFixed(1)} to ${Number(gap.end_s).toFixed(1)} s: ${gap.cause}, at `);
-  const [title] = (await bars.evaluateAll((all) => all.map((bar) => bar.title))).filter((title) => end.test(title));
+  const begins = new RegExp(`^${Number(gap.begin_s).toFixed(1)} to ${Number(gap.end_s).toFixed(1)} s: ${gap.cause}, at `);
+  const [title] = (await bars.evaluateAll((all) => all.map((bar) => bar.title))).filter((title) => begins.test(title));
   const bar = page.getByTitle(title);
   const duration_s = Number((await page.locator("#total").textContent()).match(/[\d.]+/)[0]);
   const [inside, track] = [await bar.boundingBox(), await bar.locator("..").boundingBox()];

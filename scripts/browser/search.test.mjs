@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
 
-import { camera, emptyPage, goTo, open, painted, recordTexts, selectedCard, texts, TIMEOUT_MS } from "./browser.mjs";
+import { camera, downloaded, emptyPage, goTo, open, painted, recordTexts, selectedCard, texts, TIMEOUT_MS } from "./browser.mjs";
 import { NAMES } from "./hostile.mjs";
 import { inReport } from "./in_report.mjs";
 import { agrees, recordOf } from "./record.mjs";
@@ -83,8 +83,8 @@ inReport("a highlighted group: other objects are faint on the map and not in the
 
 /** Clicks a button and returns the file that it downloads. */
 async function download(page, name) {
-  const [file] = await Promise.all([page.waitForEvent("download"), page.getByRole("button", { name }).click()]);
-  return { name: file.suggestedFilename(), contents: readFileSync(await file.path()) };
+  const file = await downloaded(page, () => page.getByRole("button", { name }).click());
+  return { name: file.name, contents: readFileSync(file.path) };
 }
 
 inReport("the state at a time step can be saved as CSV", {}, async (page) => {
@@ -188,9 +188,9 @@ test("a video has the type and the name of what the browser records", { timeout:
     if (label) {
       assert.equal(await button.textContent(), label);
       await button.click();
-      const [file] = await Promise.all([page.waitForEvent("download"), button.click()]);
-      assert.equal(file.suggestedFilename().split(".").at(-1), ending);
-      assert.equal(readFileSync(await file.path(), "utf8"), "recorded");
+      const file = await downloaded(page, () => button.click());
+      assert.equal(file.name.split(".").at(-1), ending);
+      assert.equal(readFileSync(file.path, "utf8"), "recorded");
       assert.deepEqual(await page.evaluate(() => window.recorded), types.slice(0, 1));
     }
     assert.deepEqual(complaints, []);
@@ -203,14 +203,14 @@ inReport("a video of the map covers the time range of the charts", {}, async (pa
   await page.getByLabel("Speed").selectOption("32");
   await page.locator("#save-menu").click();
   const button = page.locator("#map-video");
-  const [file] = await Promise.all([page.waitForEvent("download"), (async () => {
+  const file = await downloaded(page, async () => {
     await button.click();
     assert.equal(await button.textContent(), "Stop video");
-  })()]);
-  assert.equal(file.suggestedFilename(), "paper-figure-9-seed-1-map-40.0-s.mp4");
+  });
+  assert.equal(file.name, "paper-figure-9-seed-1-map-40.0-s.mp4");
   assert.equal(await button.textContent(), "Video (MP4)");
   assert.equal(await page.getByRole("button", { name: "Play", exact: true }).count(), 1, "the run is paused at its end");
-  const bytes = readFileSync(await file.path());
+  const bytes = readFileSync(file.path);
   assert.equal(bytes.toString("latin1", 4, 8), "ftyp", "the file begins as MP4 files do");
   // The browser plays it: its size is that of the map with the caption, and its pictures differ.
   // A report may not play it.

@@ -8,7 +8,7 @@ import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { pathToFileURL } from "node:url";
 
-import { PHONE, emptyPage, closeBrowser } from "./browser.mjs";
+import { PHONE, downloaded, emptyPage, closeBrowser } from "./browser.mjs";
 
 let folder;
 /** Output of `--json` of each sweep. */
@@ -86,8 +86,8 @@ test("a Latin hypercube is a plot of coloured points, saved as CSV", () => opene
   assert.deepEqual([type, mode], ["scatter", "markers"]);
   assert.deepEqual(x, swept.hypercube.points.map(({ values }) => values["sensor.range_sd_m"]));
   means("hypercube", "position_error_m").forEach((mean, index) => near(colours[index], mean));
-  const [download] = await Promise.all([page.waitForEvent("download"), page.click("#csv")]);
-  const [head, ...rows] = readFileSync(await download.path(), "utf8").trim().split("\n").map((line) => line.split(","));
+  const download = await downloaded(page, () => page.click("#csv"));
+  const [head, ...rows] = readFileSync(download.path, "utf8").trim().split("\n").map((line) => line.split(","));
   assert.equal(rows.length, 5);
   const column = head.indexOf("position_error_m_ci95_low");
   rows.forEach((row, index) => near(Number(row[column]), swept.hypercube.points[index].metrics.position_error_m.ci95[0]));
@@ -116,8 +116,8 @@ test("differences from the selected reference are paired, as those of standoff c
     }
     assert.deepEqual(rows[reference].slice(-3), ["", "", "reference"]);
   }
-  const [download] = await Promise.all([page.waitForEvent("download"), page.click("#csv")]);
-  const [head, ...rows] = readFileSync(await download.path(), "utf8").trim().split("\n").map((line) => line.split(","));
+  const download = await downloaded(page, () => page.click("#csv"));
+  const [head, ...rows] = readFileSync(download.path, "utf8").trim().split("\n").map((line) => line.split(","));
   assert.equal(Number(rows[1][head.indexOf("position_error_m_difference")]), 0);
 }));
 

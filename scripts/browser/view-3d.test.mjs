@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 
-import { goTo, painted } from "./browser.mjs";
+import { downloaded, goTo, painted } from "./browser.mjs";
 import { inReport } from "./in_report.mjs";
 import { recordOf, same } from "./record.mjs";
 
@@ -49,8 +49,8 @@ for (const flight of ["figure-9", "separation"]) {
     assert.ok(width > 400 && height > 400, `${width} x ${height}`);
     await page.locator("#save-menu").click();
     assert.ok(await page.getByRole("button", { name: "Vector graphic" }).isDisabled(), "WebGL has no vector graphic");
-    const [file] = await Promise.all([page.waitForEvent("download"), page.getByRole("button", { name: "Image" }).click()]);
-    const image = readFileSync(await file.path());
+    const file = await downloaded(page, () => page.getByRole("button", { name: "Image" }).click());
+    const image = readFileSync(file.path);
     const colours = await page.evaluate(async (base64) => {
       const image = new Image();
       image.src = `data:image/png;base64,${base64}`;

@@ -68,10 +68,9 @@ impl<'a> ProblemFiles<'a> {
     }
 
     fn place(&self, position: Position) -> Option<[String; 2]> {
+        let degrees = self.plane?.degrees_at(position).map(|degrees| degrees.map(|value| value.to_string()));
         // As in the tables: a position further away than the plane is a map of the Earth has no degrees.
-        let degrees =
-            |plane: LocalPlane| plane.degrees_at(position).map(|degrees| degrees.map(|value| value.to_string()));
-        self.plane.map(|plane| degrees(plane).unwrap_or_default())
+        Some(degrees.unwrap_or_default())
     }
 }
 
